@@ -1,0 +1,70 @@
+PYTHON ?= python3
+CORES ?= 2
+SCENARIO ?= demo
+
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/pip --disable-pip-version-check -qq
+LOCKED := $(VENV)/.locked
+INSTALLED := $(VENV)/.installed
+
+SNAKEFILES := Snakefile workflow
+SOURCES := src tests workflow
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help env run test check format lock clean
+
+help: ## list the targets
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+env: $(INSTALLED) ## build the environment .venv
+
+# Built from nothing, so that it holds what the lock names and no more.
+$(LOCKED): requirements.lock
+	@echo "Building $(VENV)"
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || $(MAKE) --no-print-directory python3-venv
+	@$(PYTHON) -m venv --clear $(VENV)
+	@$(PIP) install --requirement requirements.lock
+	@touch $@
+
+$(INSTALLED): $(LOCKED) pyproject.toml
+	@echo "Installing softslip in $(VENV)"
+	@$(PIP) install --no-deps --no-build-isolation --editable .
+	@touch $@
+
+# Debian ships Python's venv module without what it needs to run.
+.PHONY: python3-venv
+python3-venv:
+	@echo "Installing python3-venv"
+	@as_root=$$([ "$$(id -u)" -eq 0 ] || echo sudo); \
+	$$as_root apt-get update --quiet=2 && \
+	$$as_root env DEBIAN_FRONTEND=noninteractive apt-get install --quiet=2 --yes python3-venv
+
+run: env ## run the workflow (CORES=2 SCENARIO=demo)
+	@$(BIN)/snakemake --cores $(CORES) --config scenario=$(SCENARIO)
+
+test: check ## run the checks and the fast tests
+	@$(BIN)/pytest --numprocesses $(CORES)
+
+check: env ## check style, types, imports and workflow
+	@$(BIN)/ruff check --quiet $(SOURCES)
+	@$(BIN)/ruff format --check --quiet $(SOURCES)
+	@$(BIN)/snakefmt --check $(SNAKEFILES)
+	@$(BIN)/mypy --no-error-summary
+	@$(BIN)/lint-imports --no-logo
+	@$(BIN)/snakemake --lint
+
+format: env ## format the sources
+	@$(BIN)/ruff check --fix --quiet $(SOURCES)
+	@$(BIN)/ruff format --quiet $(SOURCES)
+	@$(BIN)/snakefmt $(SNAKEFILES)
+
+lock: env ## bring requirements.lock to the newest versions
+	@CUSTOM_COMPILE_COMMAND="make lock" $(BIN)/pip-compile --quiet --upgrade --extra dev \
+		--allow-unsafe --no-strip-extras --no-emit-index-url --no-emit-trusted-host --no-emit-find-links \
+		--output-file requirements.lock pyproject.toml
+
+clean: ## remove the environment and the caches, but no results
+	@rm -rf $(VENV) build dist .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
+	@find src tests workflow -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true

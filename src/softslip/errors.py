@@ -1,0 +1,59 @@
+"""Errors that name the value, the limit and the remedy."""
+
+
+class SoftslipError(Exception):
+    """Base of every error that softslip raises on purpose; its text is meant for the user."""
+
+
+class ConfigError(SoftslipError):
+    """A scenario asks for something that cannot be run.
+
+    Parameters
+    ----------
+    key
+        Dotted path of the offending key, such as ``wall.roughness``.
+    value
+        What the scenario gave for it.
+    limit
+        The rule that the value breaks.
+    remedy
+        What to write instead.
+    """
+
+    def __init__(self, key: str, value: object, limit: str, remedy: str) -> None:
+        super().__init__(" ".join(f"{key}: {value!r} {limit}; {remedy}".split()))
+        self.key = key
+
+
+class PackingError(SoftslipError):
+    """LAMMPS is missing, failed, or left discs that overlap."""
+
+
+class ExpansionError(SoftslipError):
+    """The membranes could not be grown to the wanted area fraction without crossing."""
+
+
+class NumericalError(SoftslipError):
+    """A run left the range in which its numbers mean anything.
+
+    Parameters
+    ----------
+    field
+        Name of the offending field, such as ``node_position``.
+    index
+        First offending element of that field.
+    step
+        Number of the time step at which it was seen.
+    message
+        What is wrong and what to change.
+    """
+
+    def __init__(self, field: str, index: int, step: int, message: str) -> None:
+        super().__init__(f"{field}[{index}] at step {step}: {message}")
+        self.field = field
+        self.index = index
+        self.step = step
+
+
+class DatasetError(SoftslipError):
+    """A dataset is missing, damaged, or not of the stage that was asked for."""

@@ -1,0 +1,13 @@
+"""Figures from datasets: Dataset → Figure.
+
+Every figure is drawn in one style, averages over seeds, facets over dimensions it does not know,
+and says how many runs are missing. "Fig." is that of the paper.
+"""
+
+from softslip.figures.drawing import save_figure
+from softslip.figures.membranes import snapshot
+from softslip.figures.rheology import flow_curves
+from softslip.figures.transient import creep
+from softslip.figures.velocity import profiles
+
+__all__ = ["creep", "flow_curves", "profiles", "save_figure", "snapshot"]

@@ -1,0 +1,272 @@
+"""What a run writes down: interval means of the observables, profiles and snapshots (Sec. III)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import xarray as xr
+
+from softslip.geometry import LOWER, UPPER, BoolArray, FloatArray, IntArray, Layout
+from softslip.membrane import membrane_areas
+from softslip.mobility.profile import MeanFlow
+from softslip.parameters import Parameters
+from softslip.state import State
+from softslip.suspension import Evaluation, Suspension
+
+WALL_CLEARANCE = 4
+"""Mesh lines from a wall at which its regularised force no longer reaches the stress profile."""
+
+
+def interval_edges(steps: int, per_decade: int, longest: int) -> IntArray:
+    """Return the steps at which record intervals end, from 0 to ``steps``.
+
+    The ends grow geometrically, ``per_decade`` to a decade, until intervals reach ``longest``
+    steps, and are equally spaced from there on.
+    """
+    edges = [0]
+    while edges[-1] < steps:
+        geometric = int(np.ceil(edges[-1] * 10 ** (1 / per_decade)))
+        width = min(max(geometric - edges[-1], 1), longest)
+        edges.append(min(edges[-1] + width, steps))
+    return np.array(edges, dtype=np.int64)
+
+
+class Observer:
+    """Measures one evaluation: wall speeds, bulk shear rate, slip, stress, areas and films.
+
+    Parameters
+    ----------
+    parameters, layout
+        Of the run.
+    reference_area
+        Area that each particle should have, shape (particles,).
+    """
+
+    def __init__(
+        self, parameters: Parameters, layout: Layout, flow: MeanFlow, reference_area: FloatArray
+    ) -> None:
+        self._layout = layout
+        self._flow = flow
+        self._reference_area = reference_area
+        self._height = height = parameters.channel.height
+        inside = flow.heights <= height * (1 + 1e-12)
+        self.heights = flow.heights[inside]
+        bump = float(layout.wall_reference[LOWER, :, 1].max(initial=0.0))
+        clear = bump + WALL_CLEARANCE * flow.mesh_size
+        between = flow.heights + 0.5 * flow.mesh_size
+        self._clear = (between > clear) & (between < height - clear)
+        margin = parameters.recording.bulk_margin
+        self._bulk: BoolArray | None = None
+        if margin is not None:
+            edge = margin * parameters.suspension.mean_radius
+            self._bulk = (self.heights >= edge) & (self.heights <= height - edge)
+
+    def measure(self, state: State, evaluation: Evaluation) -> dict[str, FloatArray]:
+        """Return every observable of one instant by its dataset name."""
+        heights = evaluation.positions[:, 1]
+        flow = self._flow
+        velocity = flow.velocity(flow.force_density(heights, evaluation.forces[:, 0]))
+        carried = flow.carried_stress(flow.force_density(heights, evaluation.body_forces[:, 0]))
+        stress = (flow.viscous_stress(velocity) + carried)[self._clear]
+        profile = velocity[: self.heights.size]
+        areas = membrane_areas(state.node_position, self._layout.offsets)
+        drift = np.abs(areas / self._reference_area - 1)
+        walls = evaluation.wall_velocity
+        apart = state.wall_displacement[UPPER] - state.wall_displacement[LOWER]
+        film = evaluation.film_thickness
+        values = {
+            "wall_velocity": walls,
+            "shear_rate_wall": np.asarray((walls[UPPER] - walls[LOWER]) / self._height),
+            "traction": np.asarray(evaluation.traction),
+            "stress": np.asarray(evaluation.stress),
+            "stress_deviation": np.abs(stress - evaluation.stress).max(initial=0.0),
+            "area_deviation": drift.max(initial=0.0),
+            "film_thickness": np.asarray(film if np.isfinite(film) else np.nan),
+            "strain": np.asarray(apart / self._height),
+            "velocity_profile": profile,
+        }
+        if self._bulk is not None:
+            values |= self._bulk_flow(profile, walls)
+        return values
+
+    def _bulk_flow(self, profile: FloatArray, walls: FloatArray) -> dict[str, FloatArray]:
+        """Fit a line to the profile between the margins; its wall intercepts give the slip."""
+        slope, intercept = np.polyfit(self.heights[self._bulk], profile[self._bulk], 1)
+        slip = np.array([intercept - walls[LOWER], walls[UPPER] - intercept - slope * self._height])
+        return {
+            "shear_rate_bulk": np.asarray(slope),
+            "slip_velocity_wall": slip,
+            "slip_velocity": slip.mean(),
+        }
+
+
+@dataclass
+class _Mean:
+    """Running sum of samples."""
+
+    count: int = 0
+    total: dict[str, FloatArray] = field(default_factory=dict)
+
+    def add(self, values: dict[str, FloatArray]) -> None:
+        self.count += 1
+        for name, value in values.items():
+            self.total[name] = self.total.get(name, 0.0) + np.asarray(value)
+
+    def take(self) -> dict[str, FloatArray]:
+        means = {name: value / self.count for name, value in self.total.items()}
+        self.count, self.total = 0, {}
+        return means
+
+
+ATTRIBUTES: dict[str, tuple[str, str]] = {
+    "time": ("time unit", "time since the stage began, at the end of the record's interval"),
+    "interval": ("time unit", "length of the interval that a record is the mean of"),
+    "wall_velocity": ("length unit / time unit", "velocity of each wall along x"),
+    "shear_rate_wall": ("1 / time unit", "apparent shear rate, relative wall speed over H"),
+    "shear_rate_bulk": ("1 / time unit", "true shear rate, slope of the mean velocity profile"),
+    "slip_velocity": ("length unit / time unit", "slip velocity, mean of both walls"),
+    "slip_velocity_wall": ("length unit / time unit", "slip velocity at each wall"),
+    "traction": ("stress unit", "mean traction on the upper wall"),
+    "stress": ("stress unit", "shear stress that the packing carries"),
+    "stress_deviation": ("stress unit", "largest deviation of the x-averaged stress in the gap"),
+    "area_deviation": ("1", "largest relative change of any particle's area"),
+    "film_thickness": ("length unit", "smallest distance between nodes of two bodies"),
+    "strain": ("1", "relative wall displacement over H since ageing began"),
+    "velocity_profile": ("length unit / time unit", "x-averaged velocity along x"),
+    "wall_distance": ("length unit", "height above the flat part of the lower wall"),
+    "profile_time": ("time unit", "end of the interval that a profile is the mean of"),
+    "snapshot_time": ("time unit", "time of the snapshot since the stage began"),
+    "node_position": (
+        "length unit",
+        "node positions, particle by particle, then lower and upper wall if given",
+    ),
+    "tether": ("stress unit", "tractions that hold the wall nodes"),
+    "wall_displacement": ("length unit", "displacement of each wall along x since ageing began"),
+    "reference_area": ("length unit squared", "area that each particle keeps"),
+    "velocity": ("length unit / time unit", "fluid velocity"),
+    "field_x": ("length unit", "position along the flow"),
+    "field_y": ("length unit", "height above the flat part of the lower wall"),
+    "nodes_per_particle": ("1", "number of nodes of each membrane"),
+}
+"""Units and long name of every variable that a run writes."""
+
+
+def described(dataset: xr.Dataset) -> xr.Dataset:
+    """Return the dataset with units and long names from `ATTRIBUTES` on its variables."""
+    for name, variable in dataset.variables.items():
+        if str(name) in ATTRIBUTES:
+            units, long_name = ATTRIBUTES[str(name)]
+            variable.attrs.update(units=units, long_name=long_name)
+    return dataset
+
+
+class Recorder:
+    """Collects interval means, profiles and snapshots of one stage.
+
+    Parameters
+    ----------
+    parameters
+        Of the run.
+    steps
+        Number of steps of the stage.
+    suspension
+        Evaluates the velocity fields of snapshots.
+    observer
+        Measures the samples.
+    snapshots
+        Times of the snapshots [time unit].
+    """
+
+    def __init__(
+        self,
+        parameters: Parameters,
+        steps: int,
+        suspension: Suspension,
+        observer: Observer,
+        snapshots: Sequence[float] = (),
+    ) -> None:
+        recording, self._time_step = parameters.recording, parameters.time_stepping.step
+        longest = max(round(recording.longest_interval / self._time_step), 1)
+        self._edges = interval_edges(steps, recording.samples_per_decade, longest)
+        shares = np.linspace(0, steps, min(recording.profiles, steps) + 1)
+        self._profile_edges = np.ceil(shares).astype(np.int64)
+        self._stride = recording.stride
+        self._spacing = recording.field_spacing * parameters.suspension.mean_radius
+        self._suspension = suspension
+        self._observer = observer
+        self._snapshot_steps = {min(round(time / self._time_step), steps - 1) for time in snapshots}
+        self._mean, self._profile = _Mean(), _Mean()
+        self._records: list[dict[str, FloatArray]] = []
+        self._profiles: list[FloatArray] = []
+        self._snapshots: list[dict[str, FloatArray]] = []
+
+    def visit(self, state: State, evaluation: Evaluation) -> None:
+        """Take note of the state before each step; call once a step, in order."""
+        step = state.step
+        record, profile = len(self._records), len(self._profiles)
+        due = (step - self._edges[record]) % self._stride == 0
+        if due or step == self._profile_edges[profile]:
+            values = self._observer.measure(state, evaluation)
+            self._profile.add({"velocity_profile": values.pop("velocity_profile")})
+            if due:
+                self._mean.add(values)
+        if step in self._snapshot_steps:
+            self._snapshots.append(self._snapshot(state, evaluation))
+        if step + 1 == self._edges[record + 1]:
+            self._records.append(self._mean.take())
+        if step + 1 == self._profile_edges[profile + 1]:
+            self._profiles.append(self._profile.take()["velocity_profile"])
+
+    def _snapshot(self, state: State, evaluation: Evaluation) -> dict[str, FloatArray]:
+        box = self._suspension.box
+        field_x, field_y = (
+            (np.arange(count) + 0.5) * (size / count)
+            for size in (box.length, box.height)
+            for count in [max(round(size / self._spacing), 1)]
+        )
+        points = np.stack(np.meshgrid(field_x, field_y), axis=-1)
+        velocity = self._suspension.velocities_at(points.reshape(-1, 2), evaluation)
+        return {
+            "snapshot_time": np.asarray(state.time),
+            "node_position": evaluation.positions,
+            "velocity": velocity.reshape(points.shape),
+            "field_x": field_x,
+            "field_y": field_y,
+        }
+
+    def dataset(self) -> xr.Dataset:
+        """Return everything recorded so far, with units and long names."""
+        count = len(self._records)
+        ends = self._edges[1 : count + 1] * self._time_step
+        starts = self._edges[:count] * self._time_step
+        dataset = xr.Dataset(
+            coords={
+                "time": ("time", ends),
+                "wall": ("wall", ["lower", "upper"]),
+                "wall_distance": ("wall_distance", self._observer.heights),
+                "profile_time": (
+                    "profile",
+                    self._profile_edges[1 : len(self._profiles) + 1] * self._time_step,
+                ),
+            }
+        )
+        dataset["interval"] = ("time", ends - starts)
+        for name, value in (self._records[0] if count else {}).items():
+            dims = ("time", "wall") if value.shape else ("time",)
+            dataset[name] = (dims, np.array([record[name] for record in self._records]))
+        dataset["velocity_profile"] = (("profile", "wall_distance"), np.array(self._profiles))
+        return described(self._with_snapshots(dataset))
+
+    def _with_snapshots(self, dataset: xr.Dataset) -> xr.Dataset:
+        if not self._snapshots:
+            return dataset
+        dims = {
+            "snapshot_time": ("snapshot",),
+            "node_position": ("snapshot", "node", "axis"),
+            "velocity": ("snapshot", "field_y", "field_x", "axis"),
+        }
+        for name, axes in dims.items():
+            dataset[name] = (axes, np.array([shot[name] for shot in self._snapshots]))
+        for name in ("field_x", "field_y"):
+            dataset = dataset.assign_coords({name: (name, self._snapshots[0][name])})
+        return dataset.assign_coords(axis=("axis", ["x", "y"]))

@@ -1,0 +1,87 @@
+"""Contact repulsion between nodes of different bodies (Eqs. 2 and 22)."""
+
+import math
+from typing import Literal
+
+
+from softslip.geometry import FloatArray, IntArray
+from softslip.kernels import compiled
+from softslip.parameters import REFERENCE_NODE_SPACING
+
+
+def contact_strength(energy: float, reading: Literal["energy", "density"]) -> float:
+    """Return the constant c of the pair force c w_i w_j g(r) that a reading of K_LJ stands for.
+
+    The pair sum stands for a double integral along two membranes, so each node of weight w = Δs
+    counts in proportion to it, and the sum does not depend on how fine the nodes are. At the
+    paper's spacing Δs_ref, 'energy' makes -K_LJ dE/dr the force between two nodes, and 'density'
+    makes it their force density, which Eq. 28 multiplies by Δs (design §1).
+
+    Parameters
+    ----------
+    energy
+        K_LJ.
+    reading
+        'energy' or 'density'.
+    """
+    power = 2 if reading == "energy" else 1
+    return energy / REFERENCE_NODE_SPACING**power
+
+
+@compiled
+def add_contacts(
+    positions: FloatArray,
+    weights: FloatArray,
+    starts: IntArray,
+    partners: IntArray,
+    length: float,
+    contact_range: float,
+    strength: float,
+    forces: FloatArray,
+) -> float:
+    """Add the contact forces and return the smallest distance between nodes of two bodies.
+
+    The pair force is c w_i w_j (96/r) [(σ_LJ/r)^8 - (σ_LJ/r)^6], minus the derivative of Eq. 22,
+    repulsive below σ_LJ, where it is cut off and vanishes.
+
+    Parameters
+    ----------
+    positions, weights
+        Shape (nodes, 2) and (nodes,) [length unit]; x periodic with ``length``.
+    starts, partners
+        Pairs of `softslip.neighbours.find_pairs`, complete within ``contact_range``.
+    contact_range
+        σ_LJ [length unit].
+    strength
+        c of `contact_strength`.
+    forces
+        Added to, shape (nodes, 2).
+
+    Returns
+    -------
+    float
+        Smallest distance, or infinity when nothing is within the range.
+    """
+    cutoff = contact_range * contact_range
+    closest = math.inf
+    for i in range(starts.size - 1):
+        own_x, own_y = 0.0, 0.0
+        for k in range(starts[i], starts[i + 1]):
+            j = partners[k]
+            dx = positions[j, 0] - positions[i, 0]
+            dx -= length * round(dx / length)
+            dy = positions[j, 1] - positions[i, 1]
+            squared = dx * dx + dy * dy
+            if squared >= cutoff:
+                continue
+            closest = min(closest, squared)
+            ratio = cutoff / squared
+            sixth = ratio * ratio * ratio
+            force = 96.0 * strength * weights[i] * weights[j] * sixth * (ratio - 1.0) / squared
+            own_x -= force * dx
+            own_y -= force * dy
+            forces[j, 0] += force * dx
+            forces[j, 1] += force * dy
+        forces[i, 0] += own_x
+        forces[i, 1] += own_y
+    return math.sqrt(closest)

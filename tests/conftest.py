@@ -1,0 +1,37 @@
+"""Scenes that are expensive enough to be made once."""
+
+import hypothesis
+import pytest
+import scenes
+
+from softslip import shear
+
+# Compiling takes longer than any deadline; the same examples every time make failures repeat.
+hypothesis.settings.register_profile(
+    "softslip", deadline=None, derandomize=True, database=None, max_examples=40
+)
+hypothesis.settings.load_profile("softslip")
+
+
+@pytest.fixture(scope="session")
+def smooth():
+    """Parameters of a small channel with smooth walls under a stress well above yield."""
+    return scenes.parameters(rheometer={"stress": 0.5})
+
+
+@pytest.fixture(scope="session")
+def foam(smooth):
+    """Dense packing of two dozen membranes, in the schema of the expansion stage."""
+    return scenes.foam(smooth)
+
+
+@pytest.fixture(scope="session")
+def aged(foam, smooth):
+    """The foam after a short ageing."""
+    return shear.age(foam, smooth)
+
+
+@pytest.fixture(scope="session")
+def sheared(aged, smooth):
+    """A short sheared run of the aged foam."""
+    return shear.shear(aged, smooth)

@@ -1,0 +1,87 @@
+"""Plain NumPy twins of the compiled force laws: slow, short, and written from the equations."""
+
+import numpy as np
+
+from softslip.parameters import REFERENCE_NODE_SPACING
+
+
+def minimum_image(dx, length):
+    return dx - length * np.round(dx / length)
+
+
+def links(positions, offsets, spacing, elastic_constant):
+    """Rows (from, to) of every membrane link and the pull of "to" on "from" (Eq. 5)."""
+    start, end, pull = [], [], []
+    for first, stop, rest in zip(offsets[:-1], offsets[1:], spacing, strict=True):
+        rows = np.arange(first, stop)
+        after = np.roll(rows, -1)
+        arm = positions[after] - positions[rows]
+        distance = np.hypot(*arm.T)
+        tension = elastic_constant * (distance / rest - 1)
+        start.append(rows)
+        end.append(after)
+        pull.append((tension / distance)[:, None] * arm)
+    return np.concatenate(start), np.concatenate(end), np.concatenate(pull)
+
+
+def membrane_energy(positions, offsets, spacing, elastic_constant):
+    """Σ K_e (|ΔX| - Δs)²/(2 Δs), whose gradient is minus the membrane force."""
+    total = 0.0
+    for first, stop, rest in zip(offsets[:-1], offsets[1:], spacing, strict=True):
+        ring = positions[first:stop]
+        distance = np.hypot(*(np.roll(ring, -1, axis=0) - ring).T)
+        total += elastic_constant * np.sum((distance - rest) ** 2) / (2 * rest)
+    return total
+
+
+def close_pairs(positions, body, walls_from, length, reach):
+    """Every pair i < j of different bodies, not both walls, nearer than the reach."""
+    first, second = [], []
+    for i in range(len(positions) - 1):
+        arm = positions[i + 1 :] - positions[i]
+        arm[:, 0] = minimum_image(arm[:, 0], length)
+        near = np.sum(arm**2, axis=1) < reach**2
+        near &= body[i + 1 :] != body[i]
+        near &= (body[i + 1 :] < walls_from) | (body[i] < walls_from)
+        found = np.flatnonzero(near) + i + 1
+        first.append(np.full(len(found), i))
+        second.append(found)
+    if not first:
+        return np.empty(0, np.int64), np.empty(0, np.int64)
+    return np.concatenate(first), np.concatenate(second)
+
+
+def pair_scale(weights, first, second, energy, reading):
+    """K_LJ of each pair: Eq. 22's at the paper's spacing, in proportion to both weights."""
+    power = 2 if reading == "energy" else 1
+    return energy * weights[first] * weights[second] / REFERENCE_NODE_SPACING**power
+
+
+def contact_energy(positions, weights, pairs, length, contact_range, energy, reading):
+    """Σ 4 K_LJ [3 (σ/r)^8 - 4 (σ/r)^6 + 1] over pairs within σ: Eq. 22, shifted to 0 there."""
+    first, second = pairs
+    arm = positions[second] - positions[first]
+    ratio = contact_range / np.hypot(minimum_image(arm[:, 0], length), arm[:, 1])
+    ratio = np.maximum(ratio, 1.0)
+    scale = pair_scale(weights, first, second, energy, reading)
+    return float(np.sum(4 * scale * (3 * ratio**8 - 4 * ratio**6 + 1)))
+
+
+def contact_pushes(positions, weights, pairs, length, contact_range, energy, reading):
+    """Push of "second" on "first" of each pair, minus the derivative of Eq. 22, (pairs, 2)."""
+    first, second = pairs
+    arm = positions[second] - positions[first]
+    arm[:, 0] = minimum_image(arm[:, 0], length)
+    distance = np.hypot(*arm.T)
+    ratio = contact_range / distance
+    scale = pair_scale(weights, first, second, energy, reading)
+    size = np.where(distance < contact_range, 96 * scale / distance * (ratio**8 - ratio**6), 0.0)
+    return -(size / distance)[:, None] * arm
+
+
+def contact_forces(positions, weights, pairs, *law):
+    pushes = contact_pushes(positions, weights, pairs, *law)
+    forces = np.zeros_like(positions)
+    np.add.at(forces, pairs[0], pushes)
+    np.add.at(forces, pairs[1], -pushes)
+    return forces

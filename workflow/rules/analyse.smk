@@ -1,0 +1,50 @@
+# Datasets over all runs of the scenario: each swept parameter is a dimension.
+
+SHEARED = [f"{RESULTS}/shear/{run}.nc" for run in TABLES["shear"]]
+
+
+rule gather:
+    input:
+        SHEARED,
+    output:
+        f"{RESULTS}/{{table}}.nc",
+    params:
+        scenario=SOURCE,
+        results=RESULTS,
+        # A run that leaves the scenario leaves the dataset.
+        runs=sorted(TABLES["shear"]),
+        swept=[axis.label for axis in SCENARIO.axes],
+    log:
+        f"{RESULTS}/logs/{{table}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/{{table}}.tsv"
+    wildcard_constraints:
+        table="flow_curve|creep|profiles",
+    conda:
+        f"../{ENVIRONMENT}"
+    message:
+        "Gathering {wildcards.table}"
+    shell:
+        "softslip analyse {wildcards.table} {params.scenario:q}"
+        " --results {params.results:q} --output {output:q} 2> {log:q}"
+
+
+rule fit:
+    input:
+        f"{RESULTS}/flow_curve.nc",
+    output:
+        f"{RESULTS}/fits.nc",
+    params:
+        scenario=SOURCE,
+        results=RESULTS,
+    log:
+        f"{RESULTS}/logs/fits.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/fits.tsv"
+    conda:
+        f"../{ENVIRONMENT}"
+    message:
+        "Fitting flow and slip laws"
+    shell:
+        "softslip analyse fits {params.scenario:q}"
+        " --results {params.results:q} --output {output:q} 2> {log:q}"

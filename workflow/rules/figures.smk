@@ -1,0 +1,61 @@
+# The paper's figures from the datasets.
+
+FIGURE_DATA = {
+    "flow_curves": [f"{RESULTS}/flow_curve.nc", f"{RESULTS}/fits.nc"],
+    "creep": [f"{RESULTS}/creep.nc"],
+    "profiles": [f"{RESULTS}/profiles.nc"],
+}
+
+
+def run_labels(wildcards):
+    """Name a run's swept values in the report."""
+    for run in SCENARIO.runs():
+        if run.ids["shear"] == wildcards.run:
+            return {label: str(value) for label, value in run.coordinates.items()}
+    return {}
+
+
+rule figure:
+    input:
+        lambda wildcards: FIGURE_DATA[wildcards.name],
+    output:
+        report(
+            f"{RESULTS}/figures/{{name}}.png",
+            caption="../report/{name}.rst",
+            category="Figures",
+            labels={"figure": "{name}"},
+        ),
+    log:
+        f"{RESULTS}/logs/figures/{{name}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/figures/{{name}}.tsv"
+    wildcard_constraints:
+        name="|".join(FIGURE_DATA),
+    conda:
+        f"../{ENVIRONMENT}"
+    message:
+        "Drawing {wildcards.name}"
+    shell:
+        "softslip draw {wildcards.name} {input:q} --output {output:q} 2> {log:q}"
+
+
+rule snapshot:
+    input:
+        f"{RESULTS}/shear/{{run}}.nc",
+    output:
+        report(
+            f"{RESULTS}/figures/snapshots/{{run}}.png",
+            caption="../report/snapshot.rst",
+            category="Snapshots",
+            labels=run_labels,
+        ),
+    log:
+        f"{RESULTS}/logs/figures/snapshots/{{run}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/figures/snapshots/{{run}}.tsv"
+    conda:
+        f"../{ENVIRONMENT}"
+    message:
+        "Drawing the snapshot of {wildcards.run}"
+    shell:
+        "softslip draw snapshot {input:q} --output {output:q} 2> {log:q}"

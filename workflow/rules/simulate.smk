@@ -1,0 +1,83 @@
+# The stages of a run. Runs that differ only in later stages share the earlier ones.
+
+
+rule packing:
+    output:
+        f"{RESULTS}/packing/{{run}}.nc",
+    params:
+        scenario=SOURCE,
+    log:
+        f"{RESULTS}/logs/packing/{{run}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/packing/{{run}}.tsv"
+    threads: 1
+    conda:
+        f"../{ENVIRONMENT}"
+    message:
+        "Packing discs with LAMMPS ({wildcards.run})"
+    shell:
+        "softslip packing {params.scenario:q} {wildcards.run}"
+        " --output {output:q} 2> {log:q}"
+
+
+rule expansion:
+    input:
+        parent=parent_of("expansion"),
+    output:
+        f"{RESULTS}/expansion/{{run}}.nc",
+    params:
+        scenario=SOURCE,
+    log:
+        f"{RESULTS}/logs/expansion/{{run}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/expansion/{{run}}.tsv"
+    threads: 1
+    conda:
+        f"../{ENVIRONMENT}"
+    message:
+        "Growing discs into membranes ({wildcards.run})"
+    shell:
+        "softslip expansion {params.scenario:q} {wildcards.run}"
+        " --parent {input.parent:q} --output {output:q} 2> {log:q}"
+
+
+rule ageing:
+    input:
+        parent=parent_of("ageing"),
+    output:
+        f"{RESULTS}/ageing/{{run}}.nc",
+    params:
+        scenario=SOURCE,
+    log:
+        f"{RESULTS}/logs/ageing/{{run}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/ageing/{{run}}.tsv"
+    threads: 1
+    conda:
+        f"../{ENVIRONMENT}"
+    message:
+        "Ageing at zero stress ({wildcards.run})"
+    shell:
+        "softslip ageing {params.scenario:q} {wildcards.run}"
+        " --parent {input.parent:q} --output {output:q} 2> {log:q}"
+
+
+rule shear:
+    input:
+        parent=parent_of("shear"),
+    output:
+        f"{RESULTS}/shear/{{run}}.nc",
+    params:
+        scenario=SOURCE,
+    log:
+        f"{RESULTS}/logs/shear/{{run}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/shear/{{run}}.tsv"
+    threads: 1
+    conda:
+        f"../{ENVIRONMENT}"
+    message:
+        "Shearing ({wildcards.run})"
+    shell:
+        "softslip shear {params.scenario:q} {wildcards.run}"
+        " --parent {input.parent:q} --output {output:q} 2> {log:q}"
