@@ -24,6 +24,10 @@ CORNER = 0.35
 """Radius of the corners of a foam's cells over the mean particle radius."""
 
 
+NUMBER = {"units": "1", "long_name": "number of nodes of each membrane"}
+AREA = {"units": "length unit2", "long_name": "area of the polygon of each membrane"}
+
+
 def generator(*key):
     return np.random.default_rng(np.random.SeedSequence(key))
 
@@ -61,8 +65,8 @@ def foam(given, seed=1):
     return xr.Dataset(
         {
             "node_position": (("node", "axis"), np.concatenate(rings)),
-            "nodes_per_particle": ("particle", [len(ring) for ring in rings]),
-            "area": ("particle", [polygon_area(*ring.T) for ring in rings]),
+            "nodes_per_particle": ("particle", [len(ring) for ring in rings], NUMBER),
+            "area": ("particle", [polygon_area(*ring.T) for ring in rings], AREA),
         }
     )
 
@@ -90,7 +94,7 @@ def _cells(sites, length, low, high):
 
 def _corners(cell, site, inset):
     """Corners of a cell whose sides are moved inwards, anticlockwise."""
-    corners = HalfspaceIntersection(cell + (0.0, 0.0, inset), site).intersections
+    corners = HalfspaceIntersection(cell + np.array([0.0, 0.0, inset]), site).intersections
     return corners[ConvexHull(corners).vertices]
 
 

@@ -97,19 +97,16 @@ def test_a_run_stops_at_the_step_that_a_number_is_lost(foam, smooth, name):
     suspension, state = scenes.of_foam(foam, smooth)
     getattr(state, name).flat[0] = np.nan
     with pytest.raises(NumericalError) as caught:
-        shear.advance(suspension, state, 1, smooth, foam["area"].values, Silent())
+        shear.advance(suspension, state, 1, smooth, foam["area"].values, nothing, nothing)
     assert caught.value.step == 0
 
 
-class Silent:
-    """A recorder that records nothing."""
-
-    def visit(self, state, evaluation):
-        pass
+def nothing(*_):
+    """See and report nothing."""
 
 
 def test_a_time_step_too_long_ends_in_an_error_that_says_so(foam):
     given = scenes.parameters(time_stepping={"step": 0.1}, rheometer={"stress": 0.5})
     suspension, state = scenes.of_foam(foam, given)
     with pytest.raises(NumericalError, match=r"time_stepping\.step"):
-        shear.advance(suspension, state, 200, given, foam["area"].values, Silent())
+        shear.advance(suspension, state, 200, given, foam["area"].values, nothing, nothing)

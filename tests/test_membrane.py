@@ -1,4 +1,5 @@
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -72,7 +73,7 @@ def test_force_is_its_numpy_twin(seed):
 def test_membranes_exert_no_net_force_and_no_torque(seed):
     positions, offsets, spacing = rings(seed)
     forces = tension_of(positions, offsets, spacing)
-    for first, end in zip(offsets[:-1], offsets[1:], strict=True):
+    for first, end in pairwise(offsets):
         own, size = forces[first:end], np.abs(forces[first:end]).sum()
         assert np.abs(own.sum(axis=0)).max() <= 1e-12 * size
         reach = np.abs(positions[first:end]).max()
@@ -114,7 +115,7 @@ def test_flux_correction_is_one_normal_speed_for_each_membrane(seed):
     before = scenes.generator(seed, 4).standard_normal(positions.shape)
     after = before.copy()
     remove_flux(positions, offsets, after)
-    for first, end in zip(offsets[:-1], offsets[1:], strict=True):
+    for first, end in pairwise(offsets):
         normal = half_normals(positions[first:end])
         width = np.hypot(*normal.T)
         unit = normal / width[:, None]
@@ -133,7 +134,7 @@ def area_rate(positions, offsets, velocities):
     return np.array(
         [
             np.sum(half_normals(positions[first:end]) * velocities[first:end])
-            for first, end in zip(offsets[:-1], offsets[1:], strict=True)
+            for first, end in pairwise(offsets)
         ]
     )
 
@@ -173,7 +174,7 @@ def test_wrapping_moves_whole_membranes_by_whole_periods(seed):
     wrapped = positions.copy()
     wrap_particles(wrapped, offsets, length)
     assert np.array_equal(wrapped[:, 1], positions[:, 1])
-    for first, end in zip(offsets[:-1], offsets[1:], strict=True):
+    for first, end in pairwise(offsets):
         assert 0 <= wrapped[first, 0] < length
         periods = (positions[first:end, 0] - wrapped[first:end, 0]) / length
         assert periods == pytest.approx(np.full(end - first, round(periods[0])), abs=1e-14)

@@ -31,9 +31,7 @@ def mobility(symbol="compact", resolution=RESOLUTION, viscosity=1.3, box=BOX):
 
 
 def mesh_points(box, resolution):
-    x, y = (
-        np.arange(round(side * resolution)) / resolution for side in (box.length, box.period)
-    )
+    x, y = (np.arange(round(side * resolution)) / resolution for side in (box.length, box.period))
     return np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
@@ -96,9 +94,7 @@ def test_mobility_is_symmetric(seed, symbol):
 def test_mobility_is_positive_semidefinite(symbol):
     positions, _ = nodes(4, count=14)
     solver, count = mobility(symbol), 28
-    columns = [
-        solver.velocities(positions, unit.reshape(-1, 2)).ravel() for unit in np.eye(count)
-    ]
+    columns = [solver.velocities(positions, unit.reshape(-1, 2)).ravel() for unit in np.eye(count)]
     eigenvalues = np.linalg.eigvalsh(np.array(columns))
     assert eigenvalues[0] >= -1e-13 * eigenvalues[-1], f"eigenvalue {eigenvalues[0]:.1e}"
 
@@ -187,9 +183,7 @@ def test_mesh_velocity_interpolates_to_the_node_velocity():
 
 def test_viscosity_divides_the_velocity():
     positions, forces = nodes(2)
-    thin, thick = (
-        mobility(viscosity=eta).velocities(positions, forces) for eta in (1.0, 2.0)
-    )
+    thin, thick = (mobility(viscosity=eta).velocities(positions, forces) for eta in (1.0, 2.0))
     assert np.array_equal(thin, 2 * thick)
 
 

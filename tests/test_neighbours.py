@@ -116,9 +116,9 @@ def test_list_is_kept_while_nodes_stay_within_half_the_skin():
     positions = scenes.generator(3).uniform(0, 0.3, (layout.nodes, 2))
     contacts = ContactList(layout, 0.5, REACH)
     first = contacts.pairs(positions)
-    near = positions + [0.49 * SKIN * REACH, 0.0]
+    near = positions + np.array([0.49 * SKIN * REACH, 0.0])
     assert contacts.pairs(near) is first
-    far = positions + [0.51 * SKIN * REACH, 0.0]
+    far = positions + np.array([0.51 * SKIN * REACH, 0.0])
     assert contacts.pairs(far) is not first
 
 

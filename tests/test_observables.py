@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from synthetic import (
     HEIGHT,
-    RADIUS,
     bulk_rate,
     generator,
     parameters,
@@ -349,7 +348,3 @@ def test_a_cell_is_steady_only_if_all_its_runs_are(curve):
 
 def test_same_input_gives_the_same_bytes(runs, curve):
     xr.testing.assert_identical(flow_curve(runs), curve)
-
-
-def test_radius_of_the_synthetic_runs_is_the_papers():
-    assert parameters().suspension.mean_radius == RADIUS

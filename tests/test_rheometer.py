@@ -18,9 +18,7 @@ OUTSIDE = ["still", "periodic"]
 
 def packed(roughness=0.0, outside="periodic", **drive):
     """A few deformed membranes off the middle, loaded tethers, walls off their start."""
-    given = scenes.parameters(
-        wall={"roughness": roughness}, channel={"outside": outside}, **drive
-    )
+    given = scenes.parameters(wall={"roughness": roughness}, channel={"outside": outside}, **drive)
     rings = [
         scenes.ellipse((0.015, 0.0155), (0.011, 0.006), 52, 0.6),
         scenes.ellipse((0.045, 0.05), (0.012, 0.007), 56, -0.4),

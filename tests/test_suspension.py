@@ -7,6 +7,7 @@ from exact_solutions import Couette
 from softslip.geometry import LOWER, UPPER
 from softslip.neighbours import find_pairs
 from softslip.shear import mean_flow
+from softslip.suspension import RIGIDITY_TOLERANCE
 
 OUTSIDE = ["still", "periodic"]
 SYMBOLS = ["compact", "wide"]
@@ -146,12 +147,25 @@ def energy(suspension, given, state):
 
 
 @pytest.mark.parametrize("roughness", [0.0, 0.59])
+def test_loaded_tethers_hold_the_walls_rigid(roughness):
+    """To the stated part of what the walls' nodes would do without them, in the mean square."""
+    given = scenes.parameters(wall={"roughness": roughness}, rheometer={"stress": 0.5})
+    suspension, bare = scenes.of_foam(scenes.foam(given), given)
+    loaded = suspension.load(bare)
+    give = [np.linalg.norm(state.like(suspension.rate(state)).tether) for state in (bare, loaded)]
+    left = give[1] / give[0]
+    assert left <= 1.001 * RIGIDITY_TOLERANCE, f"walls still give way at {left:.1e}"
+    mean = np.abs(loaded.tether[:, :, 0].mean(axis=1)).max() / np.abs(loaded.tether).max()
+    assert mean <= 1e-12, f"mean tether {mean:.1e}"
+    assert not bare.tether.any(), "loading changed the state it was given"
+
+
+@pytest.mark.parametrize("roughness", [0.0, 0.59])
 def test_energy_falls_all_the_time_at_zero_stress(roughness):
     """Stokes flow only dissipates: nothing may grow while nothing drives."""
-    given = scenes.parameters(
-        wall={"roughness": roughness}, hydrodynamics={"resolution": 4096}
-    )
+    given = scenes.parameters(wall={"roughness": roughness}, hydrodynamics={"resolution": 4096})
     suspension, state = scenes.of_foam(scenes.foam(given), given, stress=0.0)
+    state = suspension.load(state)
     energies = [energy(suspension, given, state)]
     for _ in range(16):
         state = scenes.stepped(suspension, state, 10, 0.001)
@@ -172,8 +186,8 @@ def test_symmetric_configurations_move_symmetrically(stress, axes):
     given = scenes.parameters(rheometer={"stress": stress})
     middle = 0.5 * np.array([given.channel.length, given.channel.height])
     one = [
-        scenes.ellipse(middle + (0.004, 0.02), (0.011, 0.007), 52, 0.5),
-        scenes.ellipse(middle + (-0.013, 0.043), (0.009, 0.006), 46, -0.3),
+        scenes.ellipse(middle + np.array([0.004, 0.02]), (0.011, 0.007), 52, 0.5),
+        scenes.ellipse(middle + np.array([-0.013, 0.043]), (0.009, 0.006), 46, -0.3),
     ]
     # An odd number of reflections turns the order of the nodes round.
     order = slice(None, None, -1 if len(axes) == 1 else 1)

@@ -116,9 +116,7 @@ def test_spread_keeps_force_and_torque(seed):
     density = spread_of(positions, forces[:, 0].copy()) * MESH**2
     assert density.sum() == pytest.approx(forces[:, 0].sum(), abs=1e-12)
     heights = MESH * np.arange(SHAPE[1])
-    assert density.sum(axis=0) @ heights == pytest.approx(
-        forces[:, 0] @ positions[:, 1], abs=1e-12
-    )
+    assert density.sum(axis=0) @ heights == pytest.approx(forces[:, 0] @ positions[:, 1], abs=1e-12)
 
 
 @given(seeds)

@@ -1,3 +1,3 @@
-"""Wall slip and bulk yielding in soft particle suspensions, as a workflow that can be rerun and trusted."""
+"""Wall slip and bulk yielding in soft particle suspensions, as a workflow to rerun and trust."""
 
 __version__ = "0.1.0"

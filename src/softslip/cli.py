@@ -142,31 +142,38 @@ def _finished(
 TABLES = ("flow_curve", "creep", "profiles")
 """Analyses that gather all runs of a scenario, by the name of their dataset."""
 
-TableName = Annotated[
-    str, typer.Argument(metavar="TABLE", help=f"One of {', '.join(TABLES)}, fits.")
-]
+TableName = Annotated[str, typer.Argument(metavar="TABLE", help=f"One of {', '.join(TABLES)}.")]
 
 
 @app.command()
 @_one_line_errors
-def analyse(
+def gather(
     table: TableName, scenario: ScenarioName, output: Output, results: Results = None
 ) -> None:
     """Gather the finished runs of a scenario into one dataset."""
-    from softslip import fits, observables
+    from softslip import observables
 
+    if table not in TABLES:
+        raise ConfigError("table", table, "is not an analysis", f"use one of {', '.join(TABLES)}")
     loaded = load_scenario(scenario)
-    if table == "fits":
-        folder = results or Path("results") / loaded.name
-        curve = read_dataset(folder / "flow_curve.nc", stage="flow_curve", run=loaded.name)
-        gathered = fits.fit_laws(curve)
-    elif table in TABLES:
-        gathered = getattr(observables, table)(_finished(loaded, results))
-    else:
-        raise ConfigError(
-            "table", table, "is not an analysis", f"use one of {', '.join(TABLES)}, fits"
-        )
+    gathered = getattr(observables, table)(_finished(loaded, results))
     write_dataset(gathered, output, stage=table, run=loaded.name, title=f"{table} of {loaded.name}")
+
+
+@app.command()
+@_one_line_errors
+def fit(
+    flow_curve: Annotated[Path, typer.Argument(help="Dataset that `gather flow_curve` wrote.")],
+    output: Output,
+) -> None:
+    """Fit the flow law and the slip laws to a flow curve, and say which could be fitted."""
+    from softslip import fits
+
+    curve = read_dataset(flow_curve, stage="flow_curve")
+    laws = fits.fit_laws(curve)
+    run = curve.attrs["run"]
+    write_dataset(laws, output, stage="fits", run=run, title=f"fits of {run}")
+    print(fits.summary(laws))
 
 
 FigureName = Annotated[
@@ -200,7 +207,7 @@ def draw(
         raise ConfigError(
             "figure", figure, "is not a figure", "use flow_curves, creep, profiles or snapshot"
         )
-    figures.save_figure(drawn, output, {"Title": figure, "run": curve.attrs["run"]})
+    figures.save_figure(drawn, output, {"title": figure, "run": curve.attrs["run"]})
 
 
 @app.command()

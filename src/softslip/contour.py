@@ -8,7 +8,7 @@ import shapely
 from scipy.interpolate import CubicSpline
 
 from softslip.errors import ExpansionError
-from softslip.geometry import FloatArray, IntArray, WallContour
+from softslip.geometry import FloatArray, IntArray, WallContour, reference_area
 from softslip.parameters import Parameters
 
 AREA_FRACTION_TOLERANCE = 1e-3
@@ -136,7 +136,7 @@ class ContourReport:
     Attributes
     ----------
     area_fraction
-        Area of all membranes over L_x H.
+        Area of all membranes over the area that suspension.area_fraction refers to.
     largest_area_error
         Largest relative error of a membrane's area.
     smallest_distance
@@ -191,7 +191,9 @@ _REMEDY = "lower suspension.area_fraction or expansion.contact_length, or try an
 def _check_simple(polygons: FloatArray) -> None:
     simple = shapely.is_valid(polygons)
     if not np.all(simple):
-        raise ExpansionError(f"the membrane of particle {np.argmin(simple)} crosses itself; {_REMEDY}")
+        raise ExpansionError(
+            f"the membrane of particle {np.argmin(simple)} crosses itself; {_REMEDY}"
+        )
 
 
 def _check_areas(
@@ -207,7 +209,7 @@ def _check_areas(
             f"more than expansion.area_tolerance {tolerance:g}; {_REMEDY}"
         )
     wanted = parameters.suspension.area_fraction
-    fraction = float(area.sum()) / (parameters.channel.length * parameters.channel.height)
+    fraction = float(area.sum()) / reference_area(parameters)
     if abs(fraction - wanted) > AREA_FRACTION_TOLERANCE * wanted:
         raise ExpansionError(
             f"the area fraction is {fraction:.6g} instead of {wanted:g}, off by more than one "
@@ -240,7 +242,10 @@ def _check_pairs(polygons: FloatArray, length: float, reach: float) -> float:
     images = 1 + int(np.ceil((bounds[:, 2].max() - bounds[:, 0].min()) / length))
     shifts = np.arange(-images, images + 1)
     copies = np.concatenate(
-        [shapely.transform(polygons, lambda xy, s=shift: xy + (s * length, 0.0)) for shift in shifts]
+        [
+            shapely.transform(polygons, lambda xy, s=shift: xy + (s * length, 0.0))
+            for shift in shifts
+        ]
     )
     first, second = shapely.STRtree(copies).query(polygons, predicate="dwithin", distance=reach)
     itself = (second % count == first) & (shifts[second // count] == 0)

@@ -105,14 +105,22 @@ class WallContour:
         return np.column_stack((cell * separation + x, b * np.sin(angle)))
 
 
+def reference_area(parameters: Parameters) -> float:
+    """Return the area that the area fraction refers to [length unit squared]."""
+    area = parameters.channel.length * parameters.channel.height
+    if parameters.suspension.area_reference == "free":
+        area -= 2 * WallContour.of(parameters).bump_area
+    return area
+
+
 def particle_radii(parameters: Parameters) -> FloatArray:
     """Return the radius of each particle as a disc of its area, shape (particles,).
 
     Half of the particles (rounded up) are small, half are larger by the size ratio. Their number
     is the one nearest to the wanted mean radius; the radii then give the exact area fraction.
     """
-    suspension, channel = parameters.suspension, parameters.channel
-    area = suspension.area_fraction * channel.length * channel.height
+    suspension = parameters.suspension
+    area = suspension.area_fraction * reference_area(parameters)
     ratio = suspension.size_ratio
     small = 2 * suspension.mean_radius / (1 + ratio)
     count = round(area / (0.5 * math.pi * small**2 * (1 + ratio**2)))

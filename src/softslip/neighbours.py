@@ -136,7 +136,11 @@ def _largest_move(positions: FloatArray, reference: FloatArray, length: float) -
         dx = positions[i, 0] - reference[i, 0]
         dx -= length * round(dx / length)
         dy = positions[i, 1] - reference[i, 1]
-        largest = max(largest, dx * dx + dy * dy)
+        squared = dx * dx + dy * dy
+        if not squared <= largest:  # Written so that NaN counts as the farthest.
+            largest = squared
+            if math.isnan(squared):
+                break
     return math.sqrt(largest)
 
 

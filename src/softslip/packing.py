@@ -229,9 +229,7 @@ def _setup(sizes: FloatArray, length: float, height: float, discs: int) -> Itera
     yield "neigh_modify every 1 delay 0 check yes"
 
 
-def _dynamics(
-    parameters: Parameters, wall_kind: int, smallest: float, seed: int
-) -> Iterator[str]:
+def _dynamics(parameters: Parameters, wall_kind: int, smallest: float, seed: int) -> Iterator[str]:
     """Commands that minimise the energy and then integrate Eq. 3 from rest."""
     packing = parameters.packing
     yield f"group wall type {wall_kind}"

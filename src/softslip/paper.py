@@ -1,7 +1,7 @@
 """What the paper reports, to compare with.
 
 G. Jung and S. M. Fielding, *Wall slip and bulk yielding in soft particle suspensions*,
-Journal of Rheology 65, 199 (2021). Units are those of `softslip.parameters`.
+arXiv:1911.05392. Units are those of `softslip.parameters`.
 """
 
 from dataclasses import dataclass

@@ -115,7 +115,16 @@ class Suspension(_Section):
         paper=0.84,
         ge=0,
         le=0.95,
-        description="Particle area over the channel's area L_x H; 0 means no particles.",
+        description="Particle area over the area of the channel; 0 means no particles.",
+    )
+    area_reference: Literal["channel", "free"] = quantity(
+        "channel",
+        symbol="A_φ",
+        unit="1",
+        paper="channel",
+        description="Area that the area fraction refers to: 'channel' is L_x H, 'free' leaves out "
+        "what the bumps of the walls take up, so that smooth and rough walls of a small channel "
+        "hold equally dense suspensions.",
     )
     mean_radius: float = quantity(
         0.00846,
@@ -219,7 +228,7 @@ class Expansion(_Section):
         description="Steps of rest at the final areas.",
     )
     closest_approach: float = quantity(
-        0.6,
+        0.55,
         symbol="h_min/σ_LJ",
         unit="1",
         ge=0,
@@ -604,7 +613,8 @@ def _check_bumps(parameters: Parameters) -> None:
 def _check_free_area(parameters: Parameters) -> None:
     fraction, channel = parameters.suspension.area_fraction, parameters.channel
     bump_area = _bumps(parameters) * math.pi * _bump_radius(parameters) ** 2
-    free = 1.0 - bump_area / (channel.length * channel.height)
+    taken = bump_area if parameters.suspension.area_reference == "channel" else 0.0
+    free = 1.0 - taken / (channel.length * channel.height)
     if fraction > DENSEST * free:
         raise ConfigError(
             "suspension.area_fraction",

@@ -138,7 +138,7 @@ ATTRIBUTES: dict[str, tuple[str, str]] = {
     "snapshot_time": ("time unit", "time of the snapshot since the stage began"),
     "node_position": (
         "length unit",
-        "node positions, particle by particle, then lower and upper wall if given",
+        "node positions, particle by particle and then, if given, the walls'",
     ),
     "tether": ("stress unit", "tractions that hold the wall nodes"),
     "wall_displacement": ("length unit", "displacement of each wall along x since ageing began"),

@@ -3,7 +3,6 @@
 import math
 from typing import Literal
 
-
 from softslip.geometry import FloatArray, IntArray
 from softslip.kernels import compiled
 from softslip.parameters import REFERENCE_NODE_SPACING

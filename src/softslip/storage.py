@@ -12,7 +12,7 @@ from softslip.errors import DatasetError
 
 REFERENCE = (
     "G. Jung and S. M. Fielding, Wall slip and bulk yielding in soft particle suspensions, "
-    "Journal of Rheology 65, 199 (2021)"
+    "arXiv:1911.05392"
 )
 
 

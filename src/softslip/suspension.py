@@ -165,12 +165,10 @@ class Suspension:
         NumericalError
             When the wall traction is not finite.
         """
-        layout = self.layout
-        walls = slice(layout.particle_nodes, None)
         positions = self.positions(state)
         body_forces, film = self.body_forces(positions)
         forces = body_forces.copy()
-        forces[walls] += layout.wall_spacing * state.tether.reshape(-1, 2)
+        self._walls(forces)[:] += self.layout.wall_spacing * state.tether
         rest = rheometer.moment(positions[:, 1], forces[:, 0], self.box.length)
         if self._printed:
             traction, driven = self._tethered_traction(state), forces

@@ -8,12 +8,6 @@ rule gather:
         SHEARED,
     output:
         f"{RESULTS}/{{table}}.nc",
-    params:
-        scenario=SOURCE,
-        results=RESULTS,
-        # A run that leaves the scenario leaves the dataset.
-        runs=sorted(TABLES["shear"]),
-        swept=[axis.label for axis in SCENARIO.axes],
     log:
         f"{RESULTS}/logs/{{table}}.log",
     benchmark:
@@ -22,10 +16,16 @@ rule gather:
         table="flow_curve|creep|profiles",
     conda:
         f"../{ENVIRONMENT}"
+    params:
+        scenario=SOURCE,
+        results=lambda wildcards, output: os.path.dirname(output[0]),
+        # A run that leaves the scenario leaves the dataset.
+        runs=sorted(TABLES["shear"]),
+        swept=[axis.label for axis in SCENARIO.axes],
     message:
         "Gathering {wildcards.table}"
     shell:
-        "softslip analyse {wildcards.table} {params.scenario:q}"
+        "softslip gather {wildcards.table} {params.scenario:q}"
         " --results {params.results:q} --output {output:q} 2> {log:q}"
 
 
@@ -34,9 +34,6 @@ rule fit:
         f"{RESULTS}/flow_curve.nc",
     output:
         f"{RESULTS}/fits.nc",
-    params:
-        scenario=SOURCE,
-        results=RESULTS,
     log:
         f"{RESULTS}/logs/fits.log",
     benchmark:
@@ -46,5 +43,4 @@ rule fit:
     message:
         "Fitting flow and slip laws"
     shell:
-        "softslip analyse fits {params.scenario:q}"
-        " --results {params.results:q} --output {output:q} 2> {log:q}"
+        "softslip fit {input:q} --output {output:q} &> {log:q}"

@@ -7,14 +7,6 @@ FIGURE_DATA = {
 }
 
 
-def run_labels(wildcards):
-    """Name a run's swept values in the report."""
-    for run in SCENARIO.runs():
-        if run.ids["shear"] == wildcards.run:
-            return {label: str(value) for label, value in run.coordinates.items()}
-    return {}
-
-
 rule figure:
     input:
         lambda wildcards: FIGURE_DATA[wildcards.name],

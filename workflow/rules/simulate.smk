@@ -4,20 +4,19 @@
 rule packing:
     output:
         f"{RESULTS}/packing/{{run}}.nc",
-    params:
-        scenario=SOURCE,
     log:
         f"{RESULTS}/logs/packing/{{run}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/packing/{{run}}.tsv"
-    threads: 1
     conda:
         f"../{ENVIRONMENT}"
+    threads: 1
+    params:
+        scenario=SOURCE,
     message:
         "Packing discs with LAMMPS ({wildcards.run})"
     shell:
-        "softslip packing {params.scenario:q} {wildcards.run}"
-        " --output {output:q} 2> {log:q}"
+        "softslip packing {params.scenario:q} {wildcards.run}" " --output {output:q} 2> {log:q}"
 
 
 rule expansion:
@@ -25,15 +24,15 @@ rule expansion:
         parent=parent_of("expansion"),
     output:
         f"{RESULTS}/expansion/{{run}}.nc",
-    params:
-        scenario=SOURCE,
     log:
         f"{RESULTS}/logs/expansion/{{run}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/expansion/{{run}}.tsv"
-    threads: 1
     conda:
         f"../{ENVIRONMENT}"
+    threads: 1
+    params:
+        scenario=SOURCE,
     message:
         "Growing discs into membranes ({wildcards.run})"
     shell:
@@ -46,15 +45,15 @@ rule ageing:
         parent=parent_of("ageing"),
     output:
         f"{RESULTS}/ageing/{{run}}.nc",
-    params:
-        scenario=SOURCE,
     log:
         f"{RESULTS}/logs/ageing/{{run}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/ageing/{{run}}.tsv"
-    threads: 1
     conda:
         f"../{ENVIRONMENT}"
+    threads: 1
+    params:
+        scenario=SOURCE,
     message:
         "Ageing at zero stress ({wildcards.run})"
     shell:
@@ -67,15 +66,15 @@ rule shear:
         parent=parent_of("shear"),
     output:
         f"{RESULTS}/shear/{{run}}.nc",
-    params:
-        scenario=SOURCE,
     log:
         f"{RESULTS}/logs/shear/{{run}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/shear/{{run}}.tsv"
-    threads: 1
     conda:
         f"../{ENVIRONMENT}"
+    threads: 1
+    params:
+        scenario=SOURCE,
     message:
         "Shearing ({wildcards.run})"
     shell:

@@ -22,6 +22,7 @@ from softslip.figures.drawing import (
     with_dimensions,
 )
 from softslip.fits import FITTED, flow_law
+from softslip.fits.points import DRIVES
 from softslip.observables import mean_over_seeds
 
 FloatArray = NDArray[np.float64]
@@ -31,9 +32,6 @@ RATES = {
     "shear_rate_bulk": ("steady_bulk", r"bulk shear rate $\dot\gamma_\mathrm{bulk}$"),
 }
 """Series of each panel, the flag that fills its symbols, and how its axis is called."""
-
-DRIVES = ("stress", "imposed_shear_rate")
-"""Dimensions along which a curve runs."""
 
 LEAST_DECADES = 2.2
 """Least range of the axis of rates."""

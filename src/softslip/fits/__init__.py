@@ -9,8 +9,9 @@ import xarray as xr
 from softslip.fits.flow import flow_law, herschel_bulkley
 from softslip.fits.points import FITTED
 from softslip.fits.slip import slip_law
+from softslip.fits.summary import summary
 
-__all__ = ["FITTED", "fit_laws", "flow_law", "herschel_bulkley", "slip_law"]
+__all__ = ["FITTED", "fit_laws", "flow_law", "herschel_bulkley", "slip_law", "summary"]
 
 
 def fit_laws(flow_curve: xr.Dataset) -> xr.Dataset:

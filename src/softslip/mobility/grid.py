@@ -69,7 +69,7 @@ class GridMobility:
         across = laplacian_symbol(modes_y, ny, self.mesh_size, symbol)
         squared = viscosity * (along[:, None] + across[None, :]) ** 2
         self._response = inverse_or_zero(squared) / (nx * ny)
-        self._mesh = pyfftw.zeros_aligned(self.shape)
+        self._mesh: FloatArray = pyfftw.zeros_aligned(self.shape)
         self._modes = pyfftw.zeros_aligned((nx, ny // 2 + 1), dtype=np.complex128)
         # FFTW_MEASURE would choose another plan, hence other rounding, in every process.
         self._forward = pyfftw.FFTW(self._mesh, self._modes, (0, 1), flags=("FFTW_ESTIMATE",))

@@ -1,0 +1,152 @@
+import netCDF4
+import numpy as np
+import pytest
+import scenes
+import xarray as xr
+
+import softslip
+from softslip.errors import DatasetError
+from softslip.storage import read_dataset, write_dataset
+
+
+@pytest.fixture
+def dataset():
+    random = scenes.generator(1)
+    return xr.Dataset(
+        {
+            "stress": ("time", random.standard_normal(50), {"units": "stress unit"}),
+            "count": ("particle", np.arange(7)),
+            "far": ("time", np.where(np.arange(50) % 3, 1e-300, np.nan)),
+            "single": ((), 0.1),
+        },
+        coords={"time": ("time", np.linspace(0, 1, 50)), "wall": ("wall", ["lower", "upper"])},
+        attrs={"particles": 7},
+    )
+
+
+@pytest.fixture
+def written(dataset, tmp_path):
+    path = tmp_path / "deep" / "run.nc"
+    write_dataset(dataset, path, stage="shear", run="abc", title="A run")
+    return path
+
+
+def refusal(path, **wanted):
+    with pytest.raises(DatasetError) as caught:
+        read_dataset(path, **({"stage": "shear"} | wanted))
+    text = str(caught.value)
+    assert str(path) in text
+    assert "\n" not in text, text
+    return text
+
+
+def test_what_is_written_is_read_to_the_last_bit(written, dataset):
+    read = read_dataset(written, stage="shear", run="abc")
+    for name in dataset.variables:
+        assert read[name].dtype == dataset[name].dtype or name == "wall"
+        assert read[name].values.tolist() == dataset[name].values.tolist() or name == "far"
+        assert read[name].attrs == dataset[name].attrs
+    assert read["far"].values.tobytes() == dataset["far"].values.tobytes()
+    assert read.attrs["particles"] == 7
+
+
+def test_files_say_what_they_are(written):
+    attributes = read_dataset(written, stage="shear").attrs
+    assert attributes["Conventions"].startswith("CF-")
+    assert (attributes["stage"], attributes["run"]) == ("shear", "abc")
+    assert attributes["title"] == "A run"
+    assert softslip.__version__ in attributes["source"]
+    assert {"history", "references"} <= set(attributes)
+
+
+def test_writing_leaves_the_dataset_as_it_was(dataset, tmp_path):
+    before = dataset.copy(deep=True)
+    write_dataset(dataset, tmp_path / "run.nc", stage="shear", run="abc", title="A run")
+    assert dataset.identical(before)
+
+
+def test_every_number_carries_a_checksum(written):
+    with netCDF4.Dataset(written) as file:
+        for name in ("stress", "count", "far", "time"):
+            filters = file[name].filters()
+            assert filters["fletcher32"], name
+            assert filters["zlib"], name
+
+
+def test_a_damaged_byte_is_found(written, dataset):
+    """Wherever a chunk of data is damaged, its checksum tells."""
+    content = bytearray(written.read_bytes())
+    with netCDF4.Dataset(written) as file:
+        file.set_auto_mask(False)
+        assert file["stress"][:].tobytes() == dataset["stress"].values.tobytes()
+    found = 0
+    for place in range(len(content) // 2, len(content), max(len(content) // 40, 1)):
+        damaged = bytearray(content)
+        damaged[place] ^= 0xFF
+        written.write_bytes(damaged)
+        try:
+            read = read_dataset(written, stage="shear")
+        except DatasetError:
+            found += 1
+            continue
+        for name in ("stress", "count", "time"):
+            assert np.array_equal(read[name].values, dataset[name].values), f"byte {place}: {name}"
+    assert found > 0
+
+
+def test_a_failed_writer_leaves_the_old_file_and_no_other(written, dataset, monkeypatch):
+    before = written.read_bytes()
+
+    def fail(self, path, **others):
+        path.write_bytes(b"half a file")
+        raise OSError("disk full")
+
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", fail)
+    with pytest.raises(OSError, match="disk full"):
+        write_dataset(dataset, written, stage="shear", run="new", title="Another")
+    assert written.read_bytes() == before
+    assert [each.name for each in written.parent.iterdir()] == [written.name]
+
+
+def test_a_rewritten_file_replaces_the_old_one(written, dataset):
+    write_dataset(dataset * 2, written, stage="shear", run="new", title="Another")
+    read = read_dataset(written, stage="shear", run="new")
+    assert np.array_equal(read["stress"].values, 2 * dataset["stress"].values)
+    assert [each.name for each in written.parent.iterdir()] == [written.name]
+
+
+def test_files_can_be_read_by_others(written):
+    assert written.stat().st_mode & 0o777 == 0o644
+
+
+def test_missing_files_are_refused(tmp_path):
+    assert "shear stage" in refusal(tmp_path / "none.nc")
+
+
+def test_other_stages_and_runs_are_refused(written):
+    assert "'shear', not 'ageing'" in refusal(written, stage="ageing")
+    assert "'abc', not 'xyz'" in refusal(written, run="xyz")
+
+
+@pytest.mark.parametrize("content", [b"", b"not a dataset\n" * 100, b"\x89HDF\r\n\x1a\n"])
+def test_garbage_is_refused(tmp_path, content):
+    path = tmp_path / "garbage.nc"
+    path.write_bytes(content)
+    refusal(path)
+
+
+@pytest.mark.parametrize("part", [0.02, 0.3, 0.7, 0.99])
+def test_truncated_files_are_refused(written, part):
+    content = written.read_bytes()
+    written.write_bytes(content[: int(part * len(content))])
+    refusal(written)
+
+
+def test_a_folder_is_refused(tmp_path):
+    refusal(tmp_path)
+
+
+def test_a_dataset_of_nobody_is_refused(tmp_path, dataset):
+    path = tmp_path / "foreign.nc"
+    dataset.to_netcdf(path)
+    assert "of stage None" in refusal(path)

@@ -1,0 +1,88 @@
+"""What Snakemake would do, from dry runs."""
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+pytestmark = pytest.mark.workflow
+
+
+@pytest.fixture
+def copy(tmp_path: Path) -> Path:
+    """Return a copy of what the workflow is made of, without any results."""
+    for name in ("workflow", "config", "profiles"):
+        shutil.copytree(ROOT / name, tmp_path / name)
+    shutil.copy(ROOT / "Snakefile", tmp_path)
+    return tmp_path
+
+
+def snakemake(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "snakemake", "--cores", "1", *words]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+
+
+def jobs(folder: Path, *words: str) -> dict[str, int]:
+    """Return how many jobs of each rule a dry run wants."""
+    result = snakemake(folder, "--dry-run", "--quiet", "rules", *words)
+    assert result.returncode == 0, result.stderr
+    return {rule: int(count) for rule, count in re.findall(r"^(\w+) +(\d+)$", result.stdout, re.M)}
+
+
+def test_stresses_share_packing_expansion_and_ageing(copy: Path) -> None:
+    found = jobs(copy)
+    stages = {stage: found[stage] for stage in ("packing", "expansion", "ageing", "shear")}
+    assert stages == {"packing": 2, "expansion": 2, "ageing": 2, "shear": 8}
+    assert found["figure"] == 3
+    assert found["snapshot"] == 8
+
+
+def test_both_snakefiles_ask_for_the_same(copy: Path) -> None:
+    root, inner = jobs(copy), jobs(copy, "--snakefile", "workflow/Snakefile")
+    for found in (root, inner):
+        for name in ("all", "default", "total"):  # They collect, each in its own Snakefile.
+            found.pop(name, None)
+    assert root == inner
+
+
+def test_an_axis_added_in_the_config_alone_adds_its_runs(copy: Path) -> None:
+    scenario = copy / "config" / "ci.yaml"
+    scenario.write_text(scenario.read_text() + "  solvent.viscosity: [1.0, 2.0]\n")
+    found = jobs(copy, "--config", "scenario=ci")
+    stages = {stage: found[stage] for stage in ("packing", "expansion", "ageing", "shear")}
+    assert stages == {"packing": 2, "expansion": 2, "ageing": 4, "shear": 8}
+
+
+@pytest.mark.parametrize(
+    ("words", "parts"),
+    [
+        (("--config", "scenario=nowhere"), ("nowhere", "config")),
+        (("--config", "stress=3"), ("--config stress", "scenario file")),
+    ],
+)
+def test_a_bad_setting_is_refused_before_any_work(
+    copy: Path, words: tuple[str, ...], parts: tuple[str, ...]
+) -> None:
+    result = snakemake(copy, *words)
+    said = result.stdout + result.stderr
+    assert result.returncode != 0
+    assert "Traceback" not in said, said
+    for part in parts:
+        assert part in said, f"{part!r} is not in {said!r}"
+    assert not (copy / "results").exists(), "work was started"
+
+
+def test_a_bad_scenario_is_refused_before_any_work(copy: Path) -> None:
+    scenario = copy / "config" / "ci.yaml"
+    scenario.write_text(scenario.read_text().replace("[0.0, 0.59]", "[0.0, -0.59]"))
+    result = snakemake(copy, "--config", "scenario=ci")
+    said = result.stdout + result.stderr
+    assert result.returncode != 0
+    assert "axes.wall.roughness[1]: -0.59" in said, said
+    assert "Traceback" not in said, said
+    assert not (copy / "results").exists(), "work was started"
