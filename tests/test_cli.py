@@ -55,7 +55,9 @@ def test_stages_write_their_identity_parameters_and_units(results: Path) -> None
             data = read_dataset(results / stage / f"{identity}.nc", stage=stage, run=identity)
             assert json.loads(data.attrs["parameters"])["hydrodynamics"]["resolution"] == 2048
             assert data.attrs["parent"] == (row.parent or "")
-            bare = [name for name, variable in data.data_vars.items() if "units" not in variable.attrs]
+            bare = [
+                name for name, variable in data.data_vars.items() if "units" not in variable.attrs
+            ]
             assert not bare, f"{stage}: {bare} have no units"
 
 

@@ -21,6 +21,8 @@ CHANGED: dict[str, Any] = {
     "channel.outer_gap": 0.56,
     "channel.outside": "periodic",
     "wall.roughness": 0.59,
+    "suspension.area_reference": "free",
+    "expansion.closest_approach": 0.5,
     "hydrodynamics.symbol": "wide",
     "hydrodynamics.resolution": 4096,
     "membrane.area_correction": "none",

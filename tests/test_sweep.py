@@ -309,7 +309,9 @@ def test_the_demo_is_what_the_project_promises() -> None:
         particles = len(particle_radii(parameters))
         assert particles >= 40, f"{particles} particles"
         assert parameters.channel.height >= 12 * given_radius
-        for group in ("solvent", "membrane", "steric", "suspension"):
+        promised = paper.suspension.model_copy(update={"area_reference": "free"})
+        assert parameters.suspension == promised, "the suspension differs"
+        for group in ("solvent", "membrane", "steric"):
             assert getattr(parameters, group) == getattr(paper, group), f"{group} differs"
 
 

@@ -77,6 +77,7 @@ def _write_stage(dataset: xr.Dataset, row: StageRun, output: Path) -> None:
     )
     title = f"{row.stage} of a soft particle suspension"
     write_dataset(labelled, output, stage=row.stage, run=row.id, title=title)
+    print(f"{row.stage} {row.id}: wrote {output}", file=sys.stderr)
 
 
 @app.command()

@@ -2,14 +2,20 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
+from shapely import Polygon
+from shapely.affinity import translate
 
 from softslip.errors import ExpansionError
-from softslip.geometry import FloatArray, IntArray, WallContour, reference_area
+from softslip.geometry import FloatArray, IntArray, WallContour, polygon_area, reference_area
 from softslip.parameters import Parameters
+
+PolygonArray = NDArray[np.object_]
 
 AREA_FRACTION_TOLERANCE = 1e-3
 """Largest relative error of the area fraction of all membranes together."""
@@ -65,7 +71,7 @@ def segment_clearance(
 
 def split(position: FloatArray, offsets: IntArray) -> Iterator[FloatArray]:
     """Yield each membrane's nodes as a view, shape (nodes of the membrane, 2)."""
-    for first, last in zip(offsets[:-1], offsets[1:], strict=True):
+    for first, last in pairwise(offsets):
         yield position[first:last]
 
 
@@ -77,7 +83,7 @@ def signed_areas(position: FloatArray, offsets: IntArray) -> FloatArray:
 def _signed_area(nodes: FloatArray) -> float:
     # Relative to the first node, so that distance from the origin costs no digits.
     x, y = (nodes - nodes[0]).T
-    return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+    return polygon_area(x, y)
 
 
 def centroid(nodes: FloatArray) -> FloatArray:
@@ -85,8 +91,8 @@ def centroid(nodes: FloatArray) -> FloatArray:
     x, y = (nodes - nodes[0]).T
     cross = x * np.roll(y, -1) - np.roll(x, -1) * y
     moment = [np.sum((axis + np.roll(axis, -1)) * cross) for axis in (x, y)]
-    shift: FloatArray = np.array(moment) / (3 * np.sum(cross))
-    return nodes[0] + shift
+    centre: FloatArray = nodes[0] + np.array(moment) / (3 * np.sum(cross))
+    return centre
 
 
 def resample(nodes: FloatArray, count: int) -> FloatArray:
@@ -177,7 +183,7 @@ def check_contours(
         node = int(np.argmin(finite))
         particle = int(np.searchsorted(offsets, node, side="right")) - 1
         raise ExpansionError(f"particle {particle} has a node at {position[node]}; {_REMEDY}")
-    polygons = shapely.polygons([shapely.linearrings(nodes) for nodes in split(position, offsets)])
+    polygons = _object_array([Polygon(nodes) for nodes in split(position, offsets)])
     _check_simple(polygons)
     fraction, error = _check_areas(position, offsets, target_area, parameters)
     distance = _check_walls(position, offsets, parameters)
@@ -185,10 +191,14 @@ def check_contours(
     return ContourReport(fraction, error, distance)
 
 
+def _object_array(polygons: list[Polygon]) -> PolygonArray:
+    return np.array(polygons, dtype=np.object_)
+
+
 _REMEDY = "lower suspension.area_fraction or expansion.contact_length, or try another seed"
 
 
-def _check_simple(polygons: FloatArray) -> None:
+def _check_simple(polygons: PolygonArray) -> None:
     simple = shapely.is_valid(polygons)
     if not np.all(simple):
         raise ExpansionError(
@@ -233,7 +243,7 @@ def _check_walls(position: FloatArray, offsets: IntArray, parameters: Parameters
     return float(clearance.min(initial=np.inf))
 
 
-def _check_pairs(polygons: FloatArray, length: float, reach: float) -> float:
+def _check_pairs(polygons: PolygonArray, length: float, reach: float) -> float:
     """Return the smallest distance between two membranes, or ``reach`` if none is below it."""
     count = len(polygons)
     if not count:
@@ -241,11 +251,8 @@ def _check_pairs(polygons: FloatArray, length: float, reach: float) -> float:
     bounds = shapely.bounds(polygons)
     images = 1 + int(np.ceil((bounds[:, 2].max() - bounds[:, 0].min()) / length))
     shifts = np.arange(-images, images + 1)
-    copies = np.concatenate(
-        [
-            shapely.transform(polygons, lambda xy, s=shift: xy + (s * length, 0.0))
-            for shift in shifts
-        ]
+    copies = _object_array(
+        [translate(polygon, length * shift) for shift in shifts for polygon in polygons]
     )
     first, second = shapely.STRtree(copies).query(polygons, predicate="dwithin", distance=reach)
     itself = (second % count == first) & (shifts[second // count] == 0)

@@ -70,7 +70,8 @@ def expand(
         ``node_position`` (node, axis) in the channel frame, membrane by membrane, anticlockwise
         and unwrapped in x, with centroids in [0, L_x); ``nodes_per_particle``, ``area`` and
         ``target_area`` (particle). Attributes give the area fraction, the largest relative area
-        error and the smallest distance between two bodies.
+        error and the smallest distance between two bodies, the last also over the contact length
+        of the shear stage; it is infinite where there are no particles.
 
     Raises
     ------
@@ -96,7 +97,7 @@ def expand(
     report = check_contours(position, offsets, target, parameters)
     _check_approach(report.smallest_distance, parameters)
     progress(1.0)
-    return _dataset(position, offsets, target, report)
+    return _dataset(position, offsets, target, report, parameters.steric.length)
 
 
 def _check_approach(distance: float, parameters: Parameters) -> None:
@@ -191,7 +192,11 @@ def _in_channel(nodes: FloatArray, length: float) -> FloatArray:
 
 
 def _dataset(
-    position: FloatArray, offsets: IntArray, target: FloatArray, report: ContourReport
+    position: FloatArray,
+    offsets: IntArray,
+    target: FloatArray,
+    report: ContourReport,
+    contact_length: float,
 ) -> xr.Dataset:
     return xr.Dataset(
         {
@@ -221,5 +226,6 @@ def _dataset(
             "area_fraction": report.area_fraction,
             "largest_area_error": report.largest_area_error,
             "smallest_distance": report.smallest_distance,
+            "smallest_distance_over_contact_length": report.smallest_distance / contact_length,
         },
     )

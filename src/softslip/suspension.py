@@ -6,6 +6,7 @@ import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from softslip import membrane, rheometer, steric
+from softslip.errors import NumericalError
 from softslip.geometry import LOWER, UPPER, Box, FloatArray, Layout
 from softslip.integrators import Vector
 from softslip.mobility import Mobility
@@ -107,6 +108,11 @@ class Suspension:
         the walls by traction over K_w: a good part of a contact film where particles press.
         The printed control begins instead as the paper does (Sec. II B), with the whole imposed
         stress added to the tethers.
+
+        Raises
+        ------
+        NumericalError
+            When no such tethers are found.
         """
         loaded = state.replace(state.vector.copy(), state.time, state.step)
         if self._printed and self._stress is not None:
@@ -121,7 +127,15 @@ class Suspension:
 
         size = bare.size
         operator = LinearOperator((size, size), matvec=response, dtype=np.float64)
-        tether, _ = gmres(operator, -bare, rtol=RIGIDITY_TOLERANCE, restart=60, maxiter=3)
+        tether, missed = gmres(operator, -bare, rtol=RIGIDITY_TOLERANCE, restart=60, maxiter=5)
+        if missed:
+            raise NumericalError(
+                "tether",
+                0,
+                state.step,
+                f"no tractions found that hold the walls rigid to {RIGIDITY_TOLERANCE:.0%}; "
+                "use a finer hydrodynamics.resolution or a lower suspension.area_fraction",
+            )
         loaded.tether[:] += tether.reshape(loaded.tether.shape)
         return loaded
 

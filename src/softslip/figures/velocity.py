@@ -70,7 +70,8 @@ def _draw_row(cell: xr.Dataset, wanted: float, left: Axes, right: Axes) -> None:
             label = named("stress", stresses[number])
             _draw_profile(axes, smooth.isel(stress=number), colour, label)
     _draw_zoom(inset, smooth)
-    nearest = int(np.argmin(np.abs(np.nan_to_num(stresses) - wanted)))
+    known = np.where(stresses > 0, stresses, np.inf)
+    nearest = int(np.argmin(np.abs(np.log(known / wanted))))
     driven = cell.isel(stress=nearest)
     for number, roughness in enumerate(driven["roughness"].values):
         colour = COLOURS[number % len(COLOURS)]

@@ -25,4 +25,5 @@ def fit_laws(flow_curve: xr.Dataset) -> xr.Dataset:
     """
     flow = herschel_bulkley(flow_curve)
     error = flow["pooled_yield_stress_error"]
-    return flow.merge(slip_law(flow_curve, flow["pooled_yield_stress"], error))
+    slip = slip_law(flow_curve, flow["pooled_yield_stress"], error)
+    return flow.merge(slip, compat="no_conflicts")
