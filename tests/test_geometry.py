@@ -14,6 +14,7 @@ from softslip.geometry import (
     WallContour,
     particle_radii,
     polygon_area,
+    reference_area,
     wall_positions,
 )
 
@@ -158,6 +159,22 @@ def test_the_paper_has_eight_hundred_particles():
     radii = particle_radii(given)
     assert len(radii) == 800
     assert radii.mean() == pytest.approx(0.00846, rel=1 / 3200)
+
+
+@pytest.mark.parametrize("roughness", [0.0, 0.59, 1.2])
+def test_a_free_area_fraction_leaves_out_the_bumps(roughness):
+    given = scenes.parameters(
+        wall={"roughness": roughness},
+        suspension={"area_fraction": 0.7, "area_reference": "free"},
+    )
+    contour = WallContour.of(given)
+    area = given.channel.length * given.channel.height
+    bumps = contour.bumps * math.pi * contour.bump_radius**2
+    assert reference_area(given) == pytest.approx(area - bumps, rel=1e-13)
+    filled = math.pi * np.sum(particle_radii(given) ** 2)
+    assert filled / (area - bumps) == pytest.approx(0.7, rel=1e-13)
+    whole = scenes.parameters(wall={"roughness": roughness}, suspension={"area_fraction": 0.7})
+    assert reference_area(whole) == pytest.approx(area, rel=1e-13)
 
 
 def test_no_area_means_no_particles():
