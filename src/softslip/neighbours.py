@@ -144,16 +144,52 @@ def _largest_move(positions: FloatArray, reference: FloatArray, length: float) -
     return math.sqrt(largest)
 
 
+class VerletList:
+    """List of node pairs within a reach, kept until nodes have moved too far.
+
+    The list is a cache: `pairs` returns at least all pairs within the reach, in an order that
+    does not depend on when it was built, so that sums over pairs within the reach are the same
+    to the last bit after a restart.
+
+    Parameters
+    ----------
+    length
+        Period L_x [length unit].
+    reach
+        Distance below which pairs must be listed [length unit].
+    skin
+        Extra distance within which they are listed too [length unit].
+    """
+
+    def __init__(self, length: float, reach: float, skin: float) -> None:
+        self._length = length
+        self._reach = reach
+        self._skin = skin
+        self._reference: FloatArray | None = None
+        self._pairs = (np.zeros(1, np.int64), np.empty(0, np.int64))
+
+    def pairs(
+        self, positions: FloatArray, body: IntArray, walls_from: int
+    ) -> tuple[IntArray, IntArray]:
+        """Return ``starts, partners`` as `find_pairs` does for the same bodies at every call."""
+        reference = self._reference
+        if (
+            reference is None
+            or reference.shape != positions.shape
+            or not _largest_move(positions, reference, self._length) < 0.5 * self._skin
+        ):
+            reach = self._reach + self._skin
+            self._pairs = find_pairs(positions, body, walls_from, self._length, reach)
+            self._reference = positions.copy()
+        return self._pairs
+
+
 SKIN = 0.35
 """Thickness of the Verlet skin over the contact range: balances rebuilding and listing."""
 
 
 class ContactList:
-    """Verlet list of node pairs within the contact range.
-
-    The list is a cache: `pairs` returns at least all pairs within the range, in an order that
-    does not depend on when it was built, so that forces summed over pairs within the range are
-    the same to the last bit after a restart.
+    """Verlet list of the nodes of different bodies within the contact range.
 
     Parameters
     ----------
@@ -168,21 +204,8 @@ class ContactList:
     def __init__(self, layout: Layout, length: float, contact_range: float) -> None:
         self._body = layout.body
         self._walls_from = layout.particles
-        self._length = length
-        self._skin = SKIN * contact_range
-        self._reach = contact_range + self._skin
-        self._reference: FloatArray | None = None
-        self._pairs = (np.zeros(layout.nodes + 1, np.int64), np.empty(0, np.int64))
+        self._list = VerletList(length, contact_range, SKIN * contact_range)
 
     def pairs(self, positions: FloatArray) -> tuple[IntArray, IntArray]:
-        """Return ``starts, partners`` as `find_pairs` does, rebuilt when nodes have moved far."""
-        reference = self._reference
-        if (
-            reference is None
-            or not _largest_move(positions, reference, self._length) < 0.5 * self._skin
-        ):
-            self._pairs = find_pairs(
-                positions, self._body, self._walls_from, self._length, self._reach
-            )
-            self._reference = positions.copy()
-        return self._pairs
+        """Return ``starts, partners`` as `find_pairs` does."""
+        return self._list.pairs(positions, self._body, self._walls_from)

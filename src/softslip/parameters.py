@@ -18,6 +18,9 @@ from softslip.fields import NOTHING, brief, owner, quantity, refusal, value_at
 REFERENCE_MESH_SIZE = 1.0 / 8192.0
 """Mesh size dx_ref of the paper [length unit]."""
 
+EWALD_REACH = 5.5
+"""Reach of the Ewald sum's near part over its split length: the Gaussian there is e^{-7.6}."""
+
 REFERENCE_NODE_SPACING = 1.42 * REFERENCE_MESH_SIZE
 """Spacing Δs_ref of the paper's boundary nodes [length unit], on which K_LJ is defined."""
 
@@ -319,8 +322,22 @@ class Rheometer(_Section):
 class Hydrodynamics(_Section):
     """The Stokes solver and its nodes (Table III)."""
 
-    mobility: Literal["grid"] = quantity(
-        "grid", symbol="K", unit="1", paper="grid", description="Immersed-boundary mesh (Eq. 7-16)."
+    mobility: Literal["grid", "ewald"] = quantity(
+        "grid",
+        symbol="K",
+        unit="1",
+        paper="grid",
+        description="'grid' is the paper's immersed-boundary mesh (Eqs. 7-16); 'ewald' is the same "
+        "operator as an Ewald sum, which costs less where the mesh is fine.",
+    )
+    split: float = quantity(
+        4.0,
+        symbol="a/dx",
+        unit="1",
+        ge=2,
+        le=32,
+        description="Split length of the Ewald sum over the mesh size. Numerical: it moves work "
+        "between its two parts; without effect on 'grid'.",
     )
     resolution: int = quantity(
         8192,
@@ -569,6 +586,22 @@ def _check_box(parameters: Parameters) -> None:
         )
 
 
+def _check_ewald(parameters: Parameters) -> None:
+    hydrodynamics, channel = parameters.hydrodynamics, parameters.channel
+    if hydrodynamics.mobility != "ewald":
+        return
+    room = min(channel.outer_gap, channel.length / 3)
+    reach = EWALD_REACH * hydrodynamics.split / hydrodynamics.resolution
+    if reach > room:
+        raise ConfigError(
+            "hydrodynamics.split",
+            hydrodynamics.split,
+            f"makes the near sum reach {reach:.4g}, beyond {room:.4g}, the smaller of "
+            "channel.outer_gap and a third of channel.length",
+            "use a smaller split, a larger channel.outer_gap, or mobility 'grid'",
+        )
+
+
 def _bump_radius(parameters: Parameters) -> float:
     return parameters.wall.roughness * parameters.suspension.mean_radius
 
@@ -750,6 +783,7 @@ CHECKS = (
     _check_particles,
     _check_bulk,
     _check_box,
+    _check_ewald,
     _check_rheometer,
     _check_times,
     _check_snapshots,

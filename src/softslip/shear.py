@@ -9,7 +9,9 @@ from softslip import health
 from softslip.geometry import Box, FloatArray, Layout, WallContour, wall_positions
 from softslip.integrators import INTEGRATORS, Vector
 from softslip.membrane import rest_spacing, wrap_particles
-from softslip.mobility.grid import GridMobility
+from softslip.mobility import Mobility
+from softslip.mobility.ewald import EwaldMobility
+from softslip.mobility.grid import GridMobility, regularisation_length
 from softslip.mobility.profile import MeanFlow
 from softslip.parameters import Parameters
 from softslip.record import Observer, Recorder, described
@@ -59,7 +61,13 @@ def assemble(
     channel, hydrodynamics = parameters.channel, parameters.hydrodynamics
     box = Box(channel.length, channel.height, channel.outer_gap)
     viscosity = parameters.solvent.viscosity
-    mobility = GridMobility(box, hydrodynamics.resolution, viscosity, hydrodynamics.symbol)
+    mobility: Mobility
+    if hydrodynamics.mobility == "grid":
+        mobility = GridMobility(box, hydrodynamics.resolution, viscosity, hydrodynamics.symbol)
+    else:
+        mesh_size = 1.0 / hydrodynamics.resolution
+        regularisation = regularisation_length(mesh_size, hydrodynamics.symbol)
+        mobility = EwaldMobility(box, regularisation, viscosity, hydrodynamics.split * mesh_size)
     printed = parameters.rheometer.control == "printed" and bool(stress)
     return Suspension(
         parameters,

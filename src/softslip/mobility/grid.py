@@ -1,11 +1,13 @@
 """The paper's immersed-boundary Stokes solver (Eqs. 7-16 and 28)."""
 
+import math
 from typing import Literal
 
 import numpy as np
 import pyfftw
 
 from softslip.geometry import Box, FloatArray
+from softslip.kernels import SECOND_MOMENT
 from softslip.transfer import interpolate_curl, spread_curl
 
 Symbol = Literal["compact", "wide"]
@@ -30,6 +32,23 @@ def laplacian_symbol(modes: FloatArray, count: int, mesh_size: float, symbol: Sy
     if symbol == "compact":
         return 4 * np.sin(angle) ** 2 / mesh_size**2
     return np.where(2 * modes % count == 0, 0.0, np.sin(2 * angle) ** 2) / mesh_size**2
+
+
+def regularisation_length(mesh_size: float, symbol: Symbol) -> float:
+    """Return the length ε at which e^{-ε²k²}/k² is the mesh scheme's response up to O(k²).
+
+    The delta function, used twice, contributes its second moment m₂ dx². The difference symbols
+    add the mean over directions of their own expansion: 1/8 dx² ('compact', where the
+    differences of the curl are wide) or -1/4 dx² ('wide').
+
+    Parameters
+    ----------
+    mesh_size
+        dx [length unit].
+    symbol
+        See `laplacian_symbol`.
+    """
+    return mesh_size * math.sqrt(SECOND_MOMENT + (1 / 8 if symbol == "compact" else -1 / 4))
 
 
 def inverse_or_zero(values: FloatArray) -> FloatArray:
