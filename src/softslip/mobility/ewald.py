@@ -20,7 +20,6 @@ space. With c = r²/4, a force f at distance r causes the near velocity T_t f + 
 import math
 
 import numpy as np
-import pyfftw
 from scipy.fft import next_fast_len
 from scipy.interpolate import CubicSpline
 from scipy.special import exp1
@@ -28,6 +27,7 @@ from scipy.special import exp1
 from softslip.geometry import Box, FloatArray, IntArray
 from softslip.kernels import compiled
 from softslip.mobility.grid import inverse_or_zero
+from softslip.mobility.transform import PeriodicTransform
 from softslip.mobility.window import (
     gather_window,
     spread_window,
@@ -170,16 +170,7 @@ class EwaldMobility:
         self._ky = 2 * np.pi * np.fft.rfftfreq(ny, self._spacing[1])[None, :]
         self._response = self._far_response(box, regularisation, viscosity, split)
         self._polynomials = window_polynomials()
-        self._mesh: FloatArray = pyfftw.zeros_aligned((2, nx, ny))
-        self._modes = pyfftw.zeros_aligned((2, nx, ny // 2 + 1), dtype=np.complex128)
-        self._forward = pyfftw.FFTW(self._mesh, self._modes, (1, 2), flags=("FFTW_ESTIMATE",))
-        self._backward = pyfftw.FFTW(
-            self._modes,
-            self._mesh,
-            (1, 2),
-            direction="FFTW_BACKWARD",
-            flags=("FFTW_ESTIMATE", "FFTW_DESTROY_INPUT"),
-        )
+        self._transform = PeriodicTransform(2, nx, ny)
         self._table = near_table(regularisation, split)
         self._on_itself = near_on_itself(regularisation, split)
         self._scale = 1 / (2 * math.pi * viscosity)
@@ -200,22 +191,23 @@ class EwaldMobility:
         response: FloatArray = far * inverse * cell**2 / (box.length * box.period)
         return response
 
-    def _add_far(self, points: FloatArray, positions: FloatArray, forces: FloatArray) -> FloatArray:
+    def _far(self, points: FloatArray, positions: FloatArray, forces: FloatArray) -> FloatArray:
         """Return the far velocities at any points, shape (points, 2)."""
-        self._mesh[:] = 0.0
-        spread_window(positions, forces, self._spacing, self._polynomials, self._mesh)
-        self._forward.execute()
-        streamfunction = (self._ky * self._modes[0] - self._kx * self._modes[1]) * self._response
-        np.multiply(self._ky, streamfunction, out=self._modes[0])
-        np.multiply(-self._kx, streamfunction, out=self._modes[1])
-        self._backward.execute()
+        mesh, modes = self._transform.field, self._transform.modes
+        mesh[:] = 0.0
+        spread_window(positions, forces, self._spacing, self._polynomials, mesh)
+        self._transform.forward()
+        streamfunction = (self._ky * modes[0] - self._kx * modes[1]) * self._response
+        np.multiply(self._ky, streamfunction, out=modes[0])
+        np.multiply(-self._kx, streamfunction, out=modes[1])
+        self._transform.backward()
         result = np.empty_like(points)
-        gather_window(points, self._mesh, self._spacing, self._polynomials, result)
+        gather_window(points, mesh, self._spacing, self._polynomials, result)
         return result
 
     def velocities(self, positions: FloatArray, forces: FloatArray) -> FloatArray:
         """Return the fluid velocity at the nodes, shape (nodes, 2); see `Mobility`."""
-        result = self._add_far(positions, positions, forces)
+        result = self._far(positions, positions, forces)
         count = len(positions)
         starts, partners = self._near.pairs(positions, np.arange(count), count)
         add_near(

@@ -4,10 +4,10 @@ import math
 from typing import Literal
 
 import numpy as np
-import pyfftw
 
 from softslip.geometry import Box, FloatArray
 from softslip.kernels import SECOND_MOMENT
+from softslip.mobility.transform import PeriodicTransform
 from softslip.transfer import interpolate_curl, spread_curl
 
 Symbol = Literal["compact", "wide"]
@@ -88,26 +88,17 @@ class GridMobility:
         across = laplacian_symbol(modes_y, ny, self.mesh_size, symbol)
         squared = viscosity * (along[:, None] + across[None, :]) ** 2
         self._response = inverse_or_zero(squared) / (nx * ny)
-        self._mesh: FloatArray = pyfftw.zeros_aligned(self.shape)
-        self._modes = pyfftw.zeros_aligned((nx, ny // 2 + 1), dtype=np.complex128)
-        # FFTW_MEASURE would choose another plan, hence other rounding, in every process.
-        self._forward = pyfftw.FFTW(self._mesh, self._modes, (0, 1), flags=("FFTW_ESTIMATE",))
-        self._backward = pyfftw.FFTW(
-            self._modes,
-            self._mesh,
-            (0, 1),
-            direction="FFTW_BACKWARD",
-            flags=("FFTW_ESTIMATE", "FFTW_DESTROY_INPUT"),
-        )
+        self._transform = PeriodicTransform(nx, ny)
 
     def streamfunction(self, positions: FloatArray, forces: FloatArray) -> FloatArray:
         """Return ψ on the mesh, shape (N_x, N_y), in a workspace that the next call overwrites."""
-        self._mesh[:] = 0.0
-        spread_curl(positions, forces, self.mesh_size, self._mesh)
-        self._forward.execute()
-        np.multiply(self._modes, self._response, out=self._modes)
-        self._backward.execute()
-        return self._mesh
+        mesh, modes = self._transform.field, self._transform.modes
+        mesh[:] = 0.0
+        spread_curl(positions, forces, self.mesh_size, mesh)
+        self._transform.forward()
+        np.multiply(modes, self._response, out=modes)
+        self._transform.backward()
+        return mesh
 
     def velocities(self, positions: FloatArray, forces: FloatArray) -> FloatArray:
         """Return the fluid velocity at the nodes, shape (nodes, 2); see `Mobility`."""
