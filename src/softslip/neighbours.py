@@ -60,7 +60,7 @@ def _partners(
             if j <= i or body[j] == body[i] or body[i] >= walls_from:
                 continue
             dx = positions[j, 0] - positions[i, 0]
-            dx -= length * round(dx / length)
+            dx -= length * math.floor(dx / length + 0.5)
             dy = positions[j, 1] - positions[i, 1]
             if dx * dx + dy * dy >= reach * reach:
                 continue
@@ -134,7 +134,7 @@ def _largest_move(positions: FloatArray, reference: FloatArray, length: float) -
     largest = 0.0
     for i in range(positions.shape[0]):
         dx = positions[i, 0] - reference[i, 0]
-        dx -= length * round(dx / length)
+        dx -= length * math.floor(dx / length + 0.5)
         dy = positions[i, 1] - reference[i, 1]
         squared = dx * dx + dy * dy
         if not squared <= largest:  # Written so that NaN counts as the farthest.

@@ -68,7 +68,7 @@ def add_contacts(
         for k in range(starts[i], starts[i + 1]):
             j = partners[k]
             dx = positions[j, 0] - positions[i, 0]
-            dx -= length * round(dx / length)
+            dx -= length * math.floor(dx / length + 0.5)
             dy = positions[j, 1] - positions[i, 1]
             squared = dx * dx + dy * dy
             if squared >= cutoff:

@@ -13,7 +13,7 @@ rule figure:
     output:
         report(
             f"{RESULTS}/figures/{{name}}.png",
-            caption="../report/{name}.rst",
+            caption="../report/figure.rst",
             category="Figures",
             labels={"figure": "{name}"},
         ),
