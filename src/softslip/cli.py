@@ -16,7 +16,8 @@ from rich.console import Console
 from rich.table import Table
 
 from softslip.errors import ConfigError, SoftslipError
-from softslip.progress import progress_report
+from softslip.parameters import Parameters
+from softslip.progress import Report, progress_report
 from softslip.reference import write_references
 from softslip.stages import STAGES
 from softslip.storage import read_dataset, write_dataset
@@ -90,17 +91,32 @@ def packing(scenario: ScenarioName, run: RunName, output: Output) -> None:
     _write_stage(pack(row.parameters), row, output)
 
 
+def _continue(
+    stage: str,
+    scenario: str,
+    run: str,
+    parent: Path,
+    output: Path,
+    work: Callable[[xr.Dataset, Parameters, Report], xr.Dataset],
+) -> None:
+    """Run a stage on the result of the stage before, showing its progress."""
+    row = _find_run(load_scenario(scenario), stage, run)
+    before = read_dataset(parent, stage=STAGES[STAGES.index(stage) - 1], run=row.parent)
+    with progress_report(stage) as report:
+        result = work(before, row.parameters, report)
+    _write_stage(result, row, output)
+
+
 @app.command()
 @_one_line_errors
 def expansion(scenario: ScenarioName, run: RunName, parent: Parent, output: Output) -> None:
     """Grow discs into membranes at the wanted area fraction."""
     from softslip.expansion import expand
 
-    row = _find_run(load_scenario(scenario), "expansion", run)
-    before = read_dataset(parent, stage="packing", run=row.parent)
-    with progress_report("expansion") as report:
-        grown = expand(before, row.parameters, lambda part: report(round(1000 * part), 1000, part))
-    _write_stage(grown, row, output)
+    def work(before: xr.Dataset, parameters: Parameters, report: Report) -> xr.Dataset:
+        return expand(before, parameters, lambda part: report(round(1000 * part), 1000, part))
+
+    _continue("expansion", scenario, run, parent, output, work)
 
 
 @app.command()
@@ -109,11 +125,7 @@ def ageing(scenario: ScenarioName, run: RunName, parent: Parent, output: Output)
     """Relax a packing at zero stress, with hydrodynamics."""
     from softslip.shear import age
 
-    row = _find_run(load_scenario(scenario), "ageing", run)
-    before = read_dataset(parent, stage="expansion", run=row.parent)
-    with progress_report("ageing") as report:
-        aged = age(before, row.parameters, report)
-    _write_stage(aged, row, output)
+    _continue("ageing", scenario, run, parent, output, age)
 
 
 @app.command(name="shear")
@@ -122,11 +134,7 @@ def shear_command(scenario: ScenarioName, run: RunName, parent: Parent, output: 
     """Shear an aged packing under constant stress or shear rate."""
     from softslip.shear import shear
 
-    row = _find_run(load_scenario(scenario), "shear", run)
-    before = read_dataset(parent, stage="ageing", run=row.parent)
-    with progress_report("shear") as report:
-        sheared = shear(before, row.parameters, report)
-    _write_stage(sheared, row, output)
+    _continue("shear", scenario, run, parent, output, shear)
 
 
 def _finished(

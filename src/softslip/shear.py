@@ -113,25 +113,29 @@ def advance(
     def rate(vector: Vector, time: float) -> Vector:
         return suspension.rate(state.replace(vector, time, state.step))
 
+    def guard(current: State, evaluation: Evaluation) -> None:
+        health.check_state(
+            current,
+            layout,
+            reference_area,
+            evaluation.film_thickness,
+            height=parameters.channel.height,
+            contact_range=contact_range,
+        )
+
     for _ in range(steps):
         evaluation = suspension.evaluate(state)
         velocities = state.like(evaluation.rate).node_position
         health.check_move(velocities, stepping.step, contact_range, state.step)
         if state.step % GUARD_INTERVAL == 0:
-            health.check_state(
-                state,
-                layout,
-                reference_area,
-                evaluation.film_thickness,
-                height=parameters.channel.height,
-                contact_range=contact_range,
-            )
+            guard(state, evaluation)
         visit(state, evaluation)
         vector = integrate(rate, state.vector, state.time, stepping.step, evaluation.rate)
         done = state.step + 1
         state = state.replace(vector, done * stepping.step, done)
         wrap_particles(state.node_position, layout.offsets, parameters.channel.length)
         progress(done, steps, state.time)
+    guard(state, suspension.evaluate(state))
     return state
 
 
