@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from twins import evaluate_kernel
 
 from softslip.kernels import (
     SECOND_MOMENT,
     SUPPORT,
     difference_weights,
-    evaluate_kernel,
     kernel_weights,
 )
 

@@ -8,9 +8,9 @@ import scenes
 from exact_solutions import ShearWave, Vortices
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from twins import evaluate_kernel
 
 from softslip.geometry import Box
-from softslip.kernels import evaluate_kernel
 from softslip.mobility.grid import GridMobility, laplacian_symbol
 
 BOX = Box(length=0.375, height=0.375, outer_gap=0.125)

@@ -3,8 +3,8 @@ import pytest
 import scenes
 from hypothesis import given
 from hypothesis import strategies as st
+from twins import evaluate_kernel
 
-from softslip.kernels import evaluate_kernel
 from softslip.transfer import interpolate, interpolate_curl, spread, spread_across, spread_curl
 
 MESH = 1 / 64

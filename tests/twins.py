@@ -1,4 +1,6 @@
-"""Plain NumPy twins of the compiled force laws: slow, short, and written from the equations."""
+"""Plain NumPy twins of the compiled kernels: slow, short, and written from the equations."""
+
+import math
 
 import numpy as np
 
@@ -85,3 +87,25 @@ def contact_forces(positions, weights, pairs, *law):
     np.add.at(forces, pairs[0], pushes)
     np.add.at(forces, pairs[1], -pushes)
     return forces
+
+
+def evaluate_kernel(offsets):
+    """Return the kernel φ at each offset, in units of the mesh size (Eq. 16 as printed)."""
+    values = np.empty_like(offsets)
+    for i in range(offsets.size):
+        x = abs(offsets[i])
+        if x <= 0.5:
+            values[i] = 3 / 8 + math.pi / 32 - x * x / 4
+        elif x <= 1.5:
+            root = math.sqrt(max(-2 + 8 * x - 4 * x * x, 0.0))
+            angle = math.asin(min(max(math.sqrt(2.0) * (x - 1), -1.0), 1.0))
+            values[i] = 1 / 4 + (1 - x) / 8 * root - angle / 8
+        elif x <= 2.5:
+            root = math.sqrt(max(-14 + 16 * x - 4 * x * x, 0.0))
+            angle = math.asin(min(max(math.sqrt(2.0) * (x - 2), -1.0), 1.0))
+            values[i] = (
+                17 / 16 - math.pi / 64 - 3 * x / 4 + x * x / 8 + (x - 2) / 16 * root + angle / 16
+            )
+        else:
+            values[i] = 0.0
+    return values

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from softslip.parameters import Parameters
+from softslip.parameters import Parameters, bump_count, bump_radius
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -39,6 +39,12 @@ class Box:
     length: float
     height: float
     outer_gap: float
+
+    @classmethod
+    def of(cls, parameters: Parameters) -> "Box":
+        """Return the box of a scenario."""
+        channel = parameters.channel
+        return cls(channel.length, channel.height, channel.outer_gap)
 
     @property
     def period(self) -> float:
@@ -69,11 +75,7 @@ class WallContour:
     @classmethod
     def of(cls, parameters: Parameters) -> "WallContour":
         """Return the contour of a scenario, with the whole number of bumps nearest to B/b."""
-        wall, length = parameters.wall, parameters.channel.length
-        radius = wall.roughness * parameters.suspension.mean_radius
-        if radius == 0:
-            return cls(length, 0.0, 0)
-        return cls(length, radius, max(1, round(length / (wall.bump_separation * radius))))
+        return cls(parameters.channel.length, bump_radius(parameters), bump_count(parameters))
 
     @property
     def arc_length(self) -> float:

@@ -602,19 +602,21 @@ def _check_ewald(parameters: Parameters) -> None:
         )
 
 
-def _bump_radius(parameters: Parameters) -> float:
+def bump_radius(parameters: Parameters) -> float:
+    """Return the bump radius b [length unit]; 0 for a smooth wall."""
     return parameters.wall.roughness * parameters.suspension.mean_radius
 
 
-def _bumps(parameters: Parameters) -> int:
-    bump = _bump_radius(parameters)
+def bump_count(parameters: Parameters) -> int:
+    """Return the whole number of bumps in a period that is nearest to the wanted separation."""
+    bump = bump_radius(parameters)
     separation = parameters.wall.bump_separation * bump
     return max(1, round(parameters.channel.length / separation)) if bump > 0 else 0
 
 
 def _check_bumps(parameters: Parameters) -> None:
     wall, channel = parameters.wall, parameters.channel
-    radius, bump = parameters.suspension.mean_radius, _bump_radius(parameters)
+    radius, bump = parameters.suspension.mean_radius, bump_radius(parameters)
     limit = min(channel.length, channel.height) / 2
     if bump >= limit:
         raise ConfigError(
@@ -634,7 +636,7 @@ def _check_bumps(parameters: Parameters) -> None:
             f"{parameters.hydrodynamics.resolution}",
             f"use 0 for a smooth wall, or at least {smallest / radius:.4g}",
         )
-    if _bumps(parameters) * 2 * bump > channel.length:
+    if bump_count(parameters) * 2 * bump > channel.length:
         raise ConfigError(
             "wall.bump_separation",
             wall.bump_separation,
@@ -645,7 +647,7 @@ def _check_bumps(parameters: Parameters) -> None:
 
 def _check_free_area(parameters: Parameters) -> None:
     fraction, channel = parameters.suspension.area_fraction, parameters.channel
-    bump_area = _bumps(parameters) * math.pi * _bump_radius(parameters) ** 2
+    bump_area = bump_count(parameters) * math.pi * bump_radius(parameters) ** 2
     taken = bump_area if parameters.suspension.area_reference == "channel" else 0.0
     free = 1.0 - taken / (channel.length * channel.height)
     if fraction > DENSEST * free:
@@ -664,7 +666,7 @@ def _check_particles(parameters: Parameters) -> None:
         return
     larger = 2 * suspension.size_ratio / (1 + suspension.size_ratio) * suspension.mean_radius
     room = {
-        "channel.height between bumps": channel.height - 2 * _bump_radius(parameters),
+        "channel.height between bumps": channel.height - 2 * bump_radius(parameters),
         "channel.length": channel.length,
     }
     for name, width in room.items():

@@ -58,8 +58,7 @@ def assemble(
     parameters: Parameters, layout: Layout, *, stress: float | None, shear_rate: float | None = None
 ) -> Suspension:
     """Return the equations of motion of a run under a stress or a shear rate."""
-    channel, hydrodynamics = parameters.channel, parameters.hydrodynamics
-    box = Box(channel.length, channel.height, channel.outer_gap)
+    box, hydrodynamics = Box.of(parameters), parameters.hydrodynamics
     viscosity = parameters.solvent.viscosity
     mobility: Mobility
     if hydrodynamics.mobility == "grid":
@@ -81,13 +80,13 @@ def assemble(
 
 def mean_flow(parameters: Parameters) -> MeanFlow:
     """Return the one-dimensional solver of the run's x-averaged flow."""
-    channel, hydrodynamics = parameters.channel, parameters.hydrodynamics
+    hydrodynamics = parameters.hydrodynamics
     return MeanFlow(
-        Box(channel.length, channel.height, channel.outer_gap),
+        Box.of(parameters),
         hydrodynamics.resolution,
         parameters.solvent.viscosity,
         hydrodynamics.symbol,
-        channel.outside,
+        parameters.channel.outside,
     )
 
 

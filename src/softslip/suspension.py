@@ -81,7 +81,7 @@ class Suspension:
         printed_control: bool = False,
     ) -> None:
         channel = parameters.channel
-        self.box = Box(channel.length, channel.height, channel.outer_gap)
+        self.box = Box.of(parameters)
         self.layout = layout
         self._parameters = parameters
         still = channel.outside == "still"
