@@ -203,5 +203,29 @@ def test_layout_knows_whose_node_is_whose():
     assert layout.weights.tolist() == [0.1] * 3 + [0.2] * 4 + [0.3] * 10
 
 
+def test_chains_close_on_themselves():
+    """Every node has the node before it as that one's next, and a chain is a cycle of its body."""
+    layout = Layout(np.array([0, 3, 7]), np.array([0.1, 0.2]), np.zeros((2, 5, 2)), 0.3)
+    assert layout.chains.tolist() == [0, 3, 7, 12, 17]
+    before, after = layout.neighbours
+    assert after.tolist() == [1, 2, 0, 4, 5, 6, 3, 8, 9, 10, 11, 7, 13, 14, 15, 16, 12]
+    assert before[after].tolist() == list(range(17))
+    assert layout.body[after].tolist() == layout.body.tolist()
+
+
+def test_walls_without_particles_are_chains_too():
+    layout = Layout(np.array([0]), np.empty(0), np.zeros((2, 4, 2)), 0.3)
+    assert layout.chains.tolist() == [0, 4, 8]
+    assert layout.neighbours[1].tolist() == [1, 2, 3, 0, 5, 6, 7, 4]
+    assert layout.reference_area.shape == (0,)
+
+
+def test_reference_areas_are_those_of_circles_with_the_nodes_on_the_circumference():
+    radii, counts = np.array([0.3, 1.7]), np.array([9, 31])
+    spacing = 2 * math.pi * radii / counts
+    layout = Layout(np.append(0, np.cumsum(counts)), spacing, np.zeros((2, 5, 2)), 0.3)
+    assert layout.reference_area == pytest.approx(math.pi * radii**2, rel=1e-14)
+
+
 def test_box_period_is_the_channel_and_the_outer_gap():
     assert Box(0.5, 0.44, 0.56).period == 1.0

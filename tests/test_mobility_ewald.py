@@ -9,8 +9,6 @@ import pytest
 import scenes
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.integrate import quad
-from scipy.special import j0, j1
 
 from softslip import shear
 from softslip.errors import ConfigError
@@ -18,6 +16,8 @@ from softslip.geometry import Box
 from softslip.mobility import ewald as module
 from softslip.mobility.ewald import EwaldMobility
 from softslip.mobility.grid import GridMobility, regularisation_length
+from softslip.neighbours import find_pairs
+from softslip.parameters import EWALD_REACH, SPLIT_OVER_SPACING, best_split
 
 BOX = Box(length=1.0, height=0.7, outer_gap=0.5)
 EPSILON, SPLIT = 0.012, 0.04
@@ -63,7 +63,7 @@ def test_velocities_are_those_of_the_fourier_series(split, viscosity):
     exact = fourier_sum(positions, forces, EPSILON, viscosity)
     found = EwaldMobility(BOX, EPSILON, viscosity, split).velocities(positions, forces)
     error = root_mean_square(found - exact) / root_mean_square(exact)
-    # Where the near sum is cut off, its Gaussian is e^{-7.6}, some 1e-4 of the whole.
+    # What the far mesh leaves out, for forces that vary from node to node.
     assert error < 2e-4, f"relative error {error:.1e}"
 
 
@@ -76,7 +76,8 @@ def test_the_split_does_not_matter(seed, one, other):
         for split in (one, other)
     )
     difference = root_mean_square(first - second) / root_mean_square(first)
-    assert difference < 2e-4, f"splits {one:.3f} and {other:.3f} differ by {difference:.1e}"
+    # The errors of both, each at most that of the test above.
+    assert difference < 4e-4, f"splits {one:.3f} and {other:.3f} differ by {difference:.1e}"
 
 
 @settings(max_examples=15)
@@ -106,45 +107,6 @@ def test_a_force_on_everything_moves_nothing_far_away():
     assert not velocity.any()
 
 
-@pytest.mark.parametrize("distance", [0.3, 1.0, 4.0, 12.0])
-def test_near_profiles_are_the_hankel_integrals(distance):
-    epsilon, split = 0.8, 3.0
-
-    def near(k):
-        far = math.exp(-((split * k) ** 2)) * (1 + (split**2 - epsilon**2) * k**2)
-        return (math.exp(-((epsilon * k) ** 2)) - far) / k
-
-    def transform(bessel):
-        return quad(lambda k: near(k) * bessel(k * distance), 1e-9, 12, limit=400)[0]
-
-    ratio = transform(lambda x: j1(x) / x)
-    plain = transform(j0)
-    tangential, excess = module.near_profiles(np.array([distance]), epsilon, split)
-    assert tangential[0] == pytest.approx(plain - ratio, abs=1e-7)
-    assert excess[0] == pytest.approx(2 * ratio - plain, abs=1e-7)
-
-
-def test_near_profiles_meet_the_value_at_zero_distance():
-    tangential, excess = module.near_profiles(np.array([1e-3]), 0.8, 3.0)
-    assert tangential[0] == pytest.approx(module.near_on_itself(0.8, 3.0), rel=1e-5)
-    assert abs(excess[0]) < 1e-5
-
-
-def test_table_is_the_closed_forms():
-    epsilon, split = 0.8, 4.0
-    table = module.near_table(epsilon, split)
-    distance = np.linspace(0.05, 0.999 * module.EWALD_REACH * split, 3000)
-    width = (module.EWALD_REACH * split) ** 2 / module.TABLE_SIZE
-    cell = (distance**2 / width).astype(int)
-    t = distance**2 - cell * width
-    powers = t[:, None] ** np.arange(4)
-    tangential, excess = module.near_profiles(distance, epsilon, split)
-    for columns, exact in ((slice(0, 4), tangential), (slice(4, 8), excess / distance**2)):
-        found = np.sum(table[cell, columns] * powers, axis=1)
-        error = np.abs(found - exact).max() / np.abs(exact).max()
-        assert error < 5e-5, f"columns {columns}: {error:.1e}"
-
-
 def test_velocity_at_a_node_is_the_velocity_of_the_node():
     positions, forces = cloud(5)
     mobility = EwaldMobility(BOX, EPSILON, 1.0, SPLIT)
@@ -152,19 +114,153 @@ def test_velocity_at_a_node_is_the_velocity_of_the_node():
     points = mobility.velocities_at(positions[:7], positions, forces)
     without_self = points - nodes[:7]
     # A point is no node: it feels the node that it lies on, whose force is the node's own.
-    # The table interpolates to 1e-5 what a node has of itself in closed form.
+    # The table interpolates what a node has of itself in closed form.
     assert root_mean_square(without_self) < 1e-5 * root_mean_square(nodes)
 
 
-def test_an_old_list_gives_the_same_bytes_as_a_new_one():
-    positions, forces = cloud(6)
+@settings(max_examples=10)
+@given(st.integers(0, 2**31), st.floats(0.05, 0.49))
+def test_an_old_list_gives_the_same_bytes_as_a_new_one(seed, share):
+    """Up to the move of half the skin at which the list is rebuilt, and across whole periods."""
+    positions, forces = cloud(seed, count=200)
     old = EwaldMobility(BOX, EPSILON, 1.0, SPLIT)
     old.velocities(positions, forces)
-    moved = positions + 0.1 * module.SKIN * module.EWALD_REACH * SPLIT * scenes.generator(7).random(
-        positions.shape
-    )
+    angle = 2 * np.pi * scenes.generator(seed, 7).random(len(positions))
+    step = share * module.SKIN * old.reach
+    moved = positions + step * np.column_stack((np.cos(angle), np.sin(angle)))
+    moved[:20, 0] += BOX.length
+    listed = old._list.pairs(positions, np.arange(200), 200)
+    assert old._list.pairs(moved, np.arange(200), 200) is listed
     new = EwaldMobility(BOX, EPSILON, 1.0, SPLIT)
     assert old.velocities(moved, forces).tobytes() == new.velocities(moved, forces).tobytes()
+
+
+@given(st.integers(0, 2**31), st.integers(-3, 3))
+@settings(max_examples=10)
+def test_whole_periods_along_the_flow_change_nothing(seed, periods):
+    positions, forces = cloud(seed)
+    mobility = EwaldMobility(BOX, EPSILON, 1.0, SPLIT)
+    here = mobility.velocities(positions, forces)
+    there = positions.copy()
+    there[::2, 0] += periods * BOX.length
+    difference = root_mean_square(mobility.velocities(there, forces) - here)
+    # Positions lose 3e-16 of three periods, some 1e-14 of the smallest length, ε.
+    assert difference < 1e-12 * root_mean_square(here)
+
+
+@settings(max_examples=10)
+@given(st.integers(0, 2**31), st.sampled_from([0.6, 0.3, 0.03, 0.003]))
+def test_split_does_not_matter_down_to_vanishing_regularisation(seed, ratio):
+    positions, forces = cloud(seed)
+    # Nodes of one membrane and of touching ones come much closer than those of a random cloud.
+    positions[1::2] = positions[::2] + 0.1 * SPLIT * scenes.generator(seed, 1).random((20, 2))
+    first, second = (
+        EwaldMobility(BOX, ratio * SPLIT, 1.0, split).velocities(positions, forces)
+        for split in (SPLIT, 1.3 * SPLIT)
+    )
+    difference = root_mean_square(first - second) / root_mean_square(first)
+    # Each sum may be off by 3e-4: the forces are as rough as can be, and the meshes tiny.
+    assert difference < 6e-4, f"ε/a = {ratio}: differ by {difference:.1e}"
+
+
+def walls(count, shift=(0.0, 0.0)):
+    x = (np.arange(count) + 0.5) * BOX.length / count
+    bumpy = 0.02 * (1 + np.sin(6 * np.pi * x))
+    lower, upper = np.column_stack((x, bumpy)), np.column_stack((x, BOX.height - bumpy))
+    displaced = np.column_stack((np.repeat(shift, count), np.zeros(2 * count)))
+    return np.concatenate((lower, upper)) + displaced
+
+
+@settings(max_examples=10)
+@given(st.integers(0, 2**31), st.floats(-2, 2), st.floats(-2, 2))
+def test_rigid_nodes_move_as_any(seed, lower, upper):
+    inner, _ = cloud(seed)
+    positions = np.concatenate((inner, walls(60, (lower, upper))))
+    forces = scenes.generator(seed, 2).standard_normal(positions.shape)
+    plain = EwaldMobility(BOX, EPSILON, 1.0, SPLIT)
+    rigid = EwaldMobility(BOX, EPSILON, 1.0, SPLIT, rigid=walls(60))
+    exact, found = (m.velocities(positions, forces) for m in (plain, rigid))
+    assert rigid.pairs == plain.pairs
+    error = root_mean_square(found - exact) / root_mean_square(exact)
+    # Wall nodes are displaced by up to 2, which costs them digits of 4e-16.
+    assert error < 1e-11, f"relative error {error:.1e}"
+    points = np.concatenate((inner[:3] + 0.01, positions[-2:]))
+    exact, found = (m.velocities_at(points, positions, forces) for m in (plain, rigid))
+    assert root_mean_square(found - exact) < 1e-11 * root_mean_square(exact)
+
+
+def test_rigid_walls_within_each_others_reach_are_refused():
+    close = walls(60)
+    close[60:, 1] -= BOX.height - 0.1
+    with pytest.raises(ValueError, match=r"within 0\.0\d+ of each other, less than"):
+        EwaldMobility(BOX, EPSILON, 1.0, SPLIT, rigid=close)
+
+
+def test_pairs_are_counted():
+    positions, forces = cloud(9, count=300)
+    mobility = EwaldMobility(BOX, EPSILON, 1.0, SPLIT)
+    mobility.velocities(positions, forces)
+    starts, _ = find_pairs(positions, np.arange(300), 300, BOX.length, mobility.reach)
+    assert mobility.pairs == starts[-1] > 0
+
+
+def test_a_node_that_is_no_number_spoils_the_result_visibly():
+    positions, forces = cloud(10)
+    positions[3, 0] = np.nan
+    velocities = EwaldMobility(BOX, EPSILON, 1.0, SPLIT).velocities(positions, forces)
+    assert np.isnan(velocities).all()
+
+
+def test_arguments_are_left_alone():
+    positions, forces = cloud(11)
+    kept = positions.copy(), forces.copy()
+    mobility = EwaldMobility(BOX, EPSILON, 1.0, SPLIT)
+    first = mobility.velocities(positions, forces)
+    assert np.array_equal(positions, kept[0])
+    assert np.array_equal(forces, kept[1])
+    strided = np.repeat(positions, 2, axis=1)[:, ::2]
+    assert mobility.velocities(strided, forces).tobytes() == first.tobytes()
+
+
+@given(st.floats(3, 3000))
+def test_mesh_has_lines_enough_and_not_many_more(fewest):
+    lines = module.mesh_lines(fewest)
+    assert lines >= fewest
+    assert lines % 2 == 0
+    assert lines <= 2 * max(fewest, 2), f"{lines} lines for {fewest}"
+
+
+@pytest.mark.parametrize(("regularisation", "spacing"), [(0.8, 4.0), (4.0, 1.0), (0.01, 4.0)])
+def test_best_split_exceeds_the_regularisation(regularisation, spacing):
+    split = best_split(regularisation, spacing)
+    assert split > regularisation
+    assert split >= SPLIT_OVER_SPACING * spacing
+
+
+@pytest.mark.parametrize("net", ["none", "each"])
+def test_sums_are_accurate_on_a_foam(foam, smooth, net):
+    """Smooth forces along membranes with and without a total on each; a finer sum is the truth."""
+    layout = shear.layout_of(foam.rename(area="reference_area"), smooth)
+    positions = foam["node_position"].values
+    random, pieces = scenes.generator(12), []
+    for size in np.diff(layout.offsets):
+        angle = 2 * np.pi * np.arange(size) / size
+        waves = np.column_stack([f(m * angle) for m in range(1, 9) for f in (np.cos, np.sin)])
+        pieces.append(waves @ random.standard_normal((16, 2)))
+        pieces[-1] -= pieces[-1].mean(axis=0)
+        if net == "each":
+            pieces[-1] += random.standard_normal(2)
+    forces = np.concatenate(pieces)
+    box, mesh_size = Box.of(smooth), 1 / smooth.hydrodynamics.resolution
+    epsilon, spacing = regularisation_length(mesh_size, "compact"), layout.spacing[0]
+    # The error falls with the reach over the size of what the forces vary over.
+    finer = EwaldMobility(box, epsilon, 1.0, box.outer_gap / EWALD_REACH)
+    found = EwaldMobility(box, epsilon, 1.0, best_split(epsilon, spacing))
+    exact = finer.velocities(positions, forces)
+    error = root_mean_square(found.velocities(positions, forces) - exact) / root_mean_square(exact)
+    assert found.reach < 0.5 * finer.reach
+    # What the sums may be off by: these forces vary faster than those of membranes in contact.
+    assert error < 3e-4, f"relative error {error:.1e}"
 
 
 def test_foam_moves_as_on_the_mesh(foam, smooth):

@@ -52,6 +52,30 @@ def test_outer_solvent_carries_no_stress(seed):
     assert shear <= 1e-10 * (1 + stress / 0.04), f"sheared at {shear:.1e}"
 
 
+class Marked:
+    """A mobility that tells nodes from other points, as the corrected sum does."""
+
+    def velocities(self, positions, forces):
+        return np.full_like(positions, 2.0)
+
+    def velocities_at(self, points, positions, forces):
+        return np.full_like(points, 3.0)
+
+
+def test_nodes_and_points_are_asked_for_as_such():
+    """Both with the same shear on top."""
+    positions, forces, _ = balanced(5)
+    solver = StillOutside(Marked(), BOX, VISCOSITY)
+    nodes, points = (
+        solver.velocities(positions, forces),
+        solver.velocities_at(positions, positions, forces),
+    )
+    assert np.all(nodes[:, 1] == 2.0)
+    assert np.all(points[:, 1] == 3.0)
+    assert nodes[:, 0] - 2.0 == pytest.approx(points[:, 0] - 3.0, abs=1e-14)
+    assert np.ptp(nodes[:, 0]) > 1e-3, "no shear to speak of"
+
+
 def test_stress_does_not_depend_on_the_origin():
     positions, forces, _ = balanced(3)
     here = outside_stress(positions[:, 1], forces[:, 0], BOX)

@@ -10,7 +10,15 @@ from pydantic import ValidationError
 from softslip.errors import ConfigError
 from softslip.fields import all_fields, extra, value_at
 from softslip.geometry import particle_radii
-from softslip.parameters import Parameters, check_fields, check_value, field_at
+from softslip.parameters import (
+    SPLIT_OVER_REGULARISATION,
+    SPLIT_OVER_SPACING,
+    Parameters,
+    check_fields,
+    check_value,
+    field_at,
+    split_length,
+)
 
 FIELDS = all_fields(Parameters)
 
@@ -60,6 +68,8 @@ def test_models_are_frozen() -> None:
     with pytest.raises(ValidationError, match="frozen"):
         Parameters().wall.roughness = 0.5  # type: ignore[misc]
 
+
+CORRECTED = {"mobility": "ewald", "quadrature": "corrected"}
 
 REFUSALS = {
     "unknown key": (tree("wall.roughnes", 0.5), "wall.roughnes", "0.5", "'wall.roughness'"),
@@ -225,6 +235,77 @@ REFUSALS = {
         "1e+300",
         "a shorter ageing_time",
     ),
+    "corrected sum on the mesh": (
+        tree("hydrodynamics.quadrature", "corrected"),
+        "hydrodynamics.quadrature",
+        "corrected",
+        "use mobility 'ewald'",
+    ),
+    "regularisation of the mesh": (
+        tree("hydrodynamics.regularisation", 0.5),
+        "hydrodynamics.regularisation",
+        "0.5",
+        "use mobility 'ewald'",
+    ),
+    "nodes that leak on the mesh": (
+        tree("hydrodynamics.node_spacing", 4.01),
+        "hydrodynamics.node_spacing",
+        "4.01 is more than 4,",
+        "use a smaller spacing",
+    ),
+    "nodes too far apart for the plain sum": (
+        {"hydrodynamics": {"mobility": "ewald", "regularisation": 0.5, "node_spacing": 1.3}},
+        "hydrodynamics.node_spacing",
+        "1.3 is more than 1.25,",
+        "'corrected' goes on",
+    ),
+    "nodes too far apart for the corrected sum": (
+        {"hydrodynamics": {**CORRECTED, "regularisation": 0.05, "node_spacing": 5.1}},
+        "hydrodynamics.node_spacing",
+        "5.1 is more than 5,",
+        "use a smaller spacing",
+    ),
+    "nodes farther apart than contacts reach": (
+        {"hydrodynamics": {**CORRECTED, "node_spacing": 9.01}},
+        "hydrodynamics.node_spacing",
+        "9.01 is more than 9, steric.length",
+        "use a smaller spacing",
+    ),
+    "split beyond the gap": (
+        {"hydrodynamics": {"mobility": "ewald", "split": 43.0}},
+        "hydrodynamics.split",
+        "43.0 makes the near sum reach 0.02887, beyond 0.02875",
+        "use a split of at most 42.82",
+    ),
+    "split that is chosen beyond the gap": (
+        {
+            "hydrodynamics": {**CORRECTED, "node_spacing": 8.0},
+            "channel": {"length": 0.0625, "height": 0.1240234375, "outer_gap": 0.0009765625},
+        },
+        "hydrodynamics.split",
+        "null makes the split 1.455, below 1.5",
+        "a channel.outer_gap with room",
+    ),
+    "split below the regularisation": (
+        {"hydrodynamics": {"mobility": "ewald", "regularisation": 2.0, "split": 2.9}},
+        "hydrodynamics.split",
+        "2.9 makes the split 2.9, below 3,",
+        "use null",
+    ),
+    "order of no stencil": (tree("membrane.order", 4), "membrane.order", "4", "2 or 6"),
+    "level of no fidelity": (tree("fidelity", "exact"), "fidelity", "'exact'", "for example"),
+    "tolerance of nothing": (
+        tree("time_stepping.tolerance", 0.0),
+        "time_stepping.tolerance",
+        "0.0",
+        "> 0, ≤ 0.1, such as 0.002",
+    ),
+    "contact points beyond counting": (
+        tree("steric.refinement", 9),
+        "steric.refinement",
+        "9",
+        "≥ 1, ≤ 8",
+    ),
     "key that is a number": ({1: 2}, "[1]", "1", "config/README.md"),
     "key that is no text": (tree("wall", {"\ud800": 2}), "wall", "\\ud800", "config/README.md"),
     "key with a new line": (tree("a\nb", 2), "'a\\nb'", "2", "the keys at the top are"),
@@ -301,7 +382,7 @@ def test_the_default_of_every_field_is_held_as_it_is(path: str) -> None:
         ("wall.rough", "did you mean 'wall.roughness'?"),
         ("roughness", "did you mean 'wall.roughness'?"),
         ("seed.x", "did you mean 'seed'?"),
-        ("", "the keys at the top are solvent"),
+        ("", "the keys at the top are fidelity, solvent"),
         ("wall..roughness", "did you mean 'wall.roughness'?"),
     ],
 )
@@ -309,6 +390,48 @@ def test_a_path_that_names_no_parameter_is_refused(path: str, remedy: str) -> No
     with pytest.raises(ConfigError) as caught:
         field_at(path)
     assert remedy in str(caught.value), str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "hydrodynamics",
+    [
+        {"node_spacing": 4.0},
+        {"mobility": "ewald", "node_spacing": 2.5},
+        {"mobility": "ewald", "node_spacing": 1.25, "regularisation": 0.5},
+        {**CORRECTED, "node_spacing": 9.0},
+        {**CORRECTED, "node_spacing": 5.0, "regularisation": 0.05},
+        {"mobility": "ewald", "split": 1.5},
+        {"mobility": "ewald", "split": 42.81},
+        {"mobility": "grid", "split": 64.0},
+    ],
+)
+def test_values_at_their_limits_are_held(hydrodynamics: dict[str, Any]) -> None:
+    held = Parameters.from_mapping({"hydrodynamics": hydrodynamics})
+    for name, value in hydrodynamics.items():
+        assert getattr(held.hydrodynamics, name) == value
+
+
+def test_contacts_do_not_limit_the_nodes_of_a_channel_without_particles() -> None:
+    given_tree = {"hydrodynamics": {**CORRECTED, "node_spacing": 12.0}}
+    refused(given_tree)
+    empty = {**given_tree, "suspension": {"area_fraction": 0.0}}
+    assert Parameters.from_mapping(empty).hydrodynamics.node_spacing == 12.0
+
+
+@pytest.mark.parametrize(
+    ("hydrodynamics", "wanted"),
+    [
+        ({"split": 6.0}, 6.0),
+        ({"node_spacing": 5.0, "quadrature": "corrected"}, SPLIT_OVER_SPACING * 5),
+        ({"node_spacing": 0.5}, SPLIT_OVER_REGULARISATION),
+        ({"node_spacing": 0.5, "regularisation": 2.0}, SPLIT_OVER_REGULARISATION * 2),
+    ],
+)
+def test_a_split_is_chosen_where_none_is_given(
+    hydrodynamics: dict[str, Any], wanted: float
+) -> None:
+    held = Parameters.from_mapping({"hydrodynamics": {"mobility": "ewald", **hydrodynamics}})
+    assert split_length(held) * held.hydrodynamics.resolution == pytest.approx(wanted, rel=1e-14)
 
 
 def test_parameters_survive_json() -> None:

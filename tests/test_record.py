@@ -29,33 +29,49 @@ def test_intervals_grow_geometrically_until_the_longest(per_decade):
 
 
 class Scripted:
-    """An observer whose values are known functions of the step."""
+    """An observer whose values are known functions of the time, seen at known times."""
 
-    def __init__(self):
+    def __init__(self, signal):
         self.heights = np.linspace(0, 1, 4)
+        self.signal = signal
         self.seen = []
 
     def measure(self, state, evaluation):
-        self.seen.append(state.step)
-        return values_at(state.step)
+        self.seen.append(state.time)
+        return self.signal(state.time)
+
+    def mean(self, name, start, end):
+        """Integral of the broken line through the samples seen, over the interval."""
+        inside = [time for time in self.seen if start <= time <= end]
+        assert (inside[0], inside[-1]) == (start, end), "no sample at an end of the interval"
+        values = np.array([self.signal(time)[name] for time in inside])
+        return np.trapezoid(values, inside, axis=0) / (end - start)
 
 
-def values_at(step):
+def wavy(time):
     return {
-        "stress": np.asarray(np.cos(step)),
-        "wall_velocity": np.array([step, -(step**2)], float),
-        "velocity_profile": np.full(4, np.sin(step)),
+        "stress": np.asarray(np.cos(500 * time)),
+        "wall_velocity": np.array([time, -(time**2)]),
+        "velocity_profile": np.full(4, np.sin(500 * time)),
     }
 
 
-class Counter:
+def linear(time):
+    return {
+        "stress": np.asarray(0.3 - 2 * time),
+        "wall_velocity": np.array([time, 5.0]),
+        "velocity_profile": np.array([1.0, time, -time, 1 + 3 * time]),
+    }
+
+
+class Instant:
     """A state of which only the step and the time matter."""
 
-    def __init__(self, step, time_step):
-        self.step, self.time = step, step * time_step
+    def __init__(self, step, time):
+        self.step, self.time = step, time
 
 
-def recorded(steps, stride=1, profiles=20, per_decade=30, longest=1.0):
+def recorder_of(signal, steps, stride=1, profiles=20, per_decade=30, longest=1.0):
     given = scenes.parameters(
         recording={
             "stride": stride,
@@ -64,47 +80,119 @@ def recorded(steps, stride=1, profiles=20, per_decade=30, longest=1.0):
             "longest_interval": longest,
         }
     )
-    observer = Scripted()
-    recorder = Recorder(given, steps, None, observer)
-    for step in range(steps):
-        recorder.visit(Counter(step, given.time_stepping.step), None)
-    return recorder.dataset(), observer, given.time_stepping.step
+    observer = Scripted(signal)
+    return Recorder(given, steps, None, observer), observer, given.time_stepping.step
 
 
-@given(st.integers(1, 300), st.integers(1, 40), st.floats(0.002, 0.4))
-def test_records_are_the_means_of_their_intervals(steps, per_decade, longest):
-    dataset, _, time_step = recorded(steps, per_decade=per_decade, longest=longest)
-    ends = np.round(dataset["time"].values / time_step).astype(int)
-    starts = np.append(0, ends[:-1])
-    assert ends[-1] == steps
-    assert dataset["interval"].values == pytest.approx((ends - starts) * time_step, rel=1e-9)
-    for record, (start, end) in enumerate(zip(starts, ends, strict=True)):
-        inside = [values_at(step) for step in range(start, end)]
+def recorded(steps, **recording):
+    """A run of equal steps, as the explicit scheme takes them."""
+    recorder, observer, time_step = recorder_of(wavy, steps, **recording)
+    for step in range(steps + 1):
+        recorder.visit(Instant(step, step * time_step), None)
+    return recorder.dataset(), observer, time_step
+
+
+def uneven(recorder, seed):
+    """Times of a run whose steps are of any length but end at every stop."""
+    random = scenes.generator(seed)
+    times = [0.0]
+    for stop in recorder.stops:
+        between = np.sort(random.uniform(times[-1], stop, random.integers(0, 4)))
+        times += [time for time in between if times[-1] < time < stop]
+        times.append(float(stop))
+    return times
+
+
+def intervals(dataset, name="time"):
+    ends = dataset[name].values
+    return list(zip(np.append(0.0, ends[:-1]), ends, strict=True))
+
+
+@given(st.integers(1, 300), st.integers(1, 40), st.floats(0.002, 0.4), st.integers(1, 50))
+def test_records_are_the_means_of_their_intervals(steps, per_decade, longest, stride):
+    dataset, observer, time_step = recorded(
+        steps, per_decade=per_decade, longest=longest, stride=stride
+    )
+    edges = interval_edges(steps, per_decade, max(round(longest / time_step), 1))
+    assert dataset["time"].values.tolist() == (edges[1:] * time_step).tolist()
+    assert dataset["interval"].values == pytest.approx(np.diff(edges) * time_step, rel=1e-9)
+    for record, (start, end) in enumerate(intervals(dataset)):
         for name in ("stress", "wall_velocity"):
-            wanted = np.mean([values[name] for values in inside], axis=0)
-            assert dataset[name].values[record] == pytest.approx(wanted, rel=1e-12, abs=1e-14)
+            wanted = observer.mean(name, start, end)
+            assert dataset[name].values[record] == pytest.approx(wanted, rel=1e-11, abs=1e-13)
 
 
-@given(st.integers(1, 200), st.integers(1, 60))
-def test_profiles_are_the_means_of_equal_shares(steps, profiles):
-    dataset, _, time_step = recorded(steps, profiles=profiles)
-    ends = np.round(dataset["profile_time"].values / time_step).astype(int)
-    starts = np.append(0, ends[:-1])
-    assert len(ends) == min(profiles, steps)
-    assert ends[-1] == steps
-    assert np.ptp(ends - starts) <= 1
-    for share, (start, end) in enumerate(zip(starts, ends, strict=True)):
-        wanted = np.mean(np.sin(np.arange(start, end)))
-        assert dataset["velocity_profile"].values[share] == pytest.approx(wanted, abs=1e-13)
+@given(st.integers(1, 200), st.integers(1, 60), st.integers(1, 50))
+def test_profiles_are_the_means_of_equal_shares(steps, profiles, stride):
+    dataset, observer, time_step = recorded(steps, profiles=profiles, stride=stride)
+    shares = dataset["profile_time"].values / time_step
+    assert len(shares) == min(profiles, steps)
+    assert dataset["profile_time"].values[-1] == steps * time_step
+    widths = np.diff(np.append(0.0, shares))
+    assert np.abs(shares - np.round(shares)).max() <= 1e-9, "a share ends between two steps"
+    assert np.ptp(widths) <= 1 + 1e-9
+    for share, (start, end) in enumerate(intervals(dataset, "profile_time")):
+        wanted = observer.mean("velocity_profile", start, end)
+        assert dataset["velocity_profile"].values[share] == pytest.approx(wanted, abs=1e-12)
 
 
 @given(st.integers(1, 300), st.integers(1, 50), st.integers(1, 30))
-def test_every_record_and_profile_has_a_sample_at_any_stride(steps, stride, profiles):
-    dataset, observer, _ = recorded(steps, stride=stride, profiles=profiles)
-    assert np.isfinite(dataset["stress"].values).all()
-    assert np.isfinite(dataset["velocity_profile"].values).all()
-    records = dataset.sizes["time"]
-    assert len(observer.seen) <= steps // stride + 2 * records + profiles + 1
+def test_a_stride_leaves_out_samples_but_no_end_of_an_interval(steps, stride, profiles):
+    dataset, observer, time_step = recorded(steps, stride=stride, profiles=profiles)
+    ends = np.union1d(dataset["time"].values, dataset["profile_time"].values)
+    wanted = np.union1d(ends, np.arange(0, steps + 1, stride) * time_step)
+    assert observer.seen == wanted.tolist()
+
+
+@given(st.integers(1, 200), st.integers(1, 30), st.integers(1, 9), st.integers(0, 2**31))
+def test_means_of_linear_signals_are_exact_whatever_the_steps(steps, profiles, stride, seed):
+    recorder, _, _ = recorder_of(linear, steps, profiles=profiles, stride=stride)
+    for step, time in enumerate(uneven(recorder, seed)):
+        recorder.visit(Instant(step, time), None)
+    dataset = recorder.dataset()
+    for name, axis in (
+        ("stress", "time"),
+        ("wall_velocity", "time"),
+        ("velocity_profile", "profile_time"),
+    ):
+        for found, (start, end) in zip(dataset[name].values, intervals(dataset, axis), strict=True):
+            wanted = linear(0.5 * (start + end))[name]
+            # Intervals of one step of 0.002 late in the run cancel two digits of the times.
+            assert found == pytest.approx(wanted, rel=1e-10, abs=1e-12)
+
+
+@given(st.integers(2, 100), st.integers(0, 2**31))
+def test_the_last_state_counts_with_half_its_step(steps, seed):
+    recorder, _, _ = recorder_of(wavy, steps, profiles=1)
+    times = uneven(recorder, seed)
+
+    def pulse(time):
+        return {"stress": np.asarray(float(time == times[-1])), "velocity_profile": np.zeros(4)}
+
+    recorder._observer.signal = pulse
+    for step, time in enumerate(times):
+        recorder.visit(Instant(step, time), None)
+    dataset = recorder.dataset()
+    last = dataset.isel(time=-1)
+    wanted = 0.5 * (times[-1] - times[-2]) / float(last["interval"])
+    assert float(last["stress"]) == pytest.approx(wanted, rel=1e-12)
+    assert not dataset["stress"].values[:-1].any()
+
+
+@given(st.integers(1, 300), st.integers(1, 30), st.floats(0.002, 0.4))
+def test_stops_are_the_ends_of_all_intervals_and_the_snapshots(steps, profiles, longest):
+    given = scenes.parameters(recording={"profiles": profiles, "longest_interval": longest})
+    step = given.time_stepping.step
+    snapshots = [0.0, 0.4 * steps * step, steps * step]
+    recorder = Recorder(given, steps, None, Scripted(wavy), snapshots)
+    assert np.all(np.diff(recorder.stops, prepend=0.0) > 0)
+    assert recorder.stops[-1] == steps * step
+    units = np.round(recorder.stops / step).astype(int)
+    assert recorder.stops.tolist() == (units * step).tolist(), "not a multiple to the last bit"
+    edges = interval_edges(steps, 30, max(round(longest / step), 1))
+    assert set(edges[1:]) <= set(units)
+    assert round(0.4 * steps) in {0, *units}
+    assert len(units) <= len(edges) - 1 + profiles + 2
 
 
 def test_wall_rate_is_bulk_rate_and_slip(sheared, smooth):
@@ -127,7 +215,7 @@ def test_bulk_rate_is_the_slope_of_a_linear_profile():
     """Pure solvent under stress: the bulk shears at σ/η, whatever the walls do."""
     given = scenes.empty(rheometer={"stress": 0.3}, recording={"bulk_margin": 3.0})
     suspension, state = scenes.of_rings([], given)
-    observer = Observer(given, suspension.layout, mean_flow(given), np.empty(0))
+    observer = Observer(given, suspension.layout, mean_flow(given))
     values = observer.measure(state, suspension.evaluate(state))
     assert values["shear_rate_bulk"] == pytest.approx(0.3, rel=1e-10)
     assert values["stress_deviation"] <= 1e-13
@@ -138,13 +226,13 @@ def test_bulk_rate_is_the_slope_of_a_linear_profile():
 def test_no_bulk_observables_where_none_are_asked_for(foam):
     given = scenes.parameters(recording={"bulk_margin": None})
     suspension, state = scenes.of_foam(foam, given)
-    observer = Observer(given, suspension.layout, mean_flow(given), foam["area"].values)
+    observer = Observer(given, suspension.layout, mean_flow(given))
     values = observer.measure(state, suspension.evaluate(state))
     assert not {"shear_rate_bulk", "slip_velocity", "slip_velocity_wall"} & set(values)
 
 
 def test_strain_is_the_wall_displacement_over_the_height(sheared, smooth):
-    """Means over intervals of one step are the values themselves."""
+    """Over one explicit step it grows by the rate at its start: so do the means of both ends."""
     short = sheared.isel(time=slice(0, 8))
     step = smooth.time_stepping.step
     assert short["interval"].values == pytest.approx(np.full(8, step), rel=1e-9)
@@ -166,10 +254,7 @@ def test_snapshots_are_taken_at_the_times_asked_for(aged):
     times = [0.0, 0.03, 0.2]
     given = scenes.parameters(rheometer={"stress": 0.5}, recording={"snapshots": times})
     dataset = shear.shear(aged, given)
-    step = given.time_stepping.step
-    # The end of the run is not a step any more: the last one stands for it.
-    wanted = [0.0, 0.03, 0.2 - step]
-    assert dataset["snapshot_time"].values == pytest.approx(wanted, abs=1e-12)
+    assert dataset["snapshot_time"].values == pytest.approx(times, abs=1e-12)
     nodes = dataset["node_position"].values
     count = aged.sizes["node"]
     assert nodes.shape == (3, count + 2 * dataset.attrs["wall_nodes"], 2)

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from softslip.errors import ConfigError
+from softslip.fidelity import LEVELS
 from softslip.fields import all_fields
 from softslip.parameters import Parameters
 from softslip.stages import DEPENDENCIES, ID_DIGITS, STAGES, stage_ids, stage_paths
@@ -30,13 +31,31 @@ CHANGED: dict[str, Any] = {
     "rheometer.control": "printed",
     "recording.bulk_margin": None,
     "recording.snapshots": [50.0],
+    "hydrodynamics.mobility": "ewald",
+    "hydrodynamics.split": 4.0,
+    "hydrodynamics.regularisation": 0.9,
+    "hydrodynamics.quadrature": "corrected",
+    "membrane.area_restoring": 1.0,
+    "membrane.order": 6,
+    "time_stepping.integrator": "rkc2",
 }
 """Another valid value for the paths whose default cannot simply be doubled."""
 
-ALONE = {"hydrodynamics.mobility", "time_stepping.integrator", "rheometer.mode"}
-"""Paths that have no other value, or none that is valid by itself."""
+ON_EWALD = {"hydrodynamics.regularisation", "hydrodynamics.quadrature"}
+"""Paths that mean something for the Ewald sum only."""
+
+ALONE = {"rheometer.mode"}
+"""Paths that have no other value that is valid by itself."""
+
+THROUGH_OTHERS = {"fidelity"}
+"""Paths that choose the values of others, by which alone they change a run."""
 
 DOUBLE = 2.0
+
+
+def ground(path: str) -> dict[str, Any]:
+    """Return what else must be given for a path to have another value."""
+    return {"hydrodynamics": {"mobility": "ewald"}} if path in ON_EWALD else {}
 
 
 def changed(path: str) -> Parameters:
@@ -53,12 +72,12 @@ def changed(path: str) -> Parameters:
         value = 0.4
     else:
         value = int(default * DOUBLE) if isinstance(default, int) else default * DOUBLE
-    extra = {"outer_gap": 0.01875} if path == "channel.height" else {}
+    extra = {"outer_gap": 0.01875} if path == "channel.height" else ground(path).get(section, {})
     return Parameters.from_mapping({section: {name: value, **extra}} if section else {name: value})
 
 
 def test_every_parameter_belongs_to_a_stage() -> None:
-    missing = set(FIELDS) - set(stage_paths(STAGES[-1]))
+    missing = set(FIELDS) - set(stage_paths(STAGES[-1])) - THROUGH_OTHERS
     assert not missing, f"no stage depends on {sorted(missing)}"
 
 
@@ -70,9 +89,10 @@ def test_every_dependency_names_parameters(stage: str) -> None:
         assert named, f"{stage} depends on {pattern}, which names no parameter"
 
 
-@pytest.mark.parametrize("path", sorted(set(FIELDS) - ALONE))
+@pytest.mark.parametrize("path", sorted(set(FIELDS) - ALONE - THROUGH_OTHERS))
 def test_a_changed_parameter_changes_the_stages_that_depend_on_it_and_no_others(path: str) -> None:
-    before, after = stage_ids(Parameters()), stage_ids(changed(path))
+    before = stage_ids(Parameters.from_mapping(ground(path)))
+    after = stage_ids(changed(path))
     differ = [stage for stage in STAGES if before[stage] != after[stage]]
     # A taller channel of the same mesh needs another gap, which only the ageing sees.
     depend = [stage for stage in STAGES if path in stage_paths(stage)]
@@ -98,6 +118,19 @@ def test_a_packing_does_not_depend_on(path: str) -> None:
 
 def test_ageing_is_shared_by_all_stresses() -> None:
     assert not [path for path in stage_paths("ageing") if path.startswith("rheometer.")]
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_a_level_of_fidelity_is_the_settings_that_it_stands_for(level: str) -> None:
+    by_name = Parameters.from_mapping({"fidelity": level})
+    by_value = Parameters.from_mapping(LEVELS[level])
+    assert by_name.fidelity == level
+    assert by_value.fidelity is None
+    assert stage_ids(by_name) == stage_ids(by_value)
+    differ = [
+        stage for stage in STAGES if stage_ids(by_name)[stage] != stage_ids(Parameters())[stage]
+    ]
+    assert differ == ["expansion", "ageing", "shear"], "a packing of discs has no fidelity"
 
 
 def test_stages_are_nested() -> None:

@@ -4,7 +4,9 @@ import scenes
 import twins
 from exact_solutions import Couette
 
+from softslip.chains import lagrange_weights, refine
 from softslip.geometry import LOWER, UPPER
+from softslip.membrane import wrap_particles
 from softslip.neighbours import find_pairs
 from softslip.shear import mean_flow
 from softslip.suspension import RIGIDITY_TOLERANCE
@@ -122,25 +124,36 @@ def test_nothing_moves_at_rest_under_zero_stress():
     assert np.abs(rate).max() <= 1e-12, f"moves at {np.abs(rate).max():.1e}"
 
 
+def contact_points(positions, layout, given):
+    """Points of the contacts, their weights and their pairs, by quintics of the nodes."""
+    factor, length = given.steric.refinement, given.channel.length
+    jumps = np.append(np.zeros(layout.particles), [length, length])
+    points = np.empty((factor * layout.nodes, 2))
+    every = np.ones(len(jumps), bool)
+    refine(positions, layout.chains, jumps, every, lagrange_weights(factor), points)
+    body = np.repeat(layout.body, factor)
+    starts, second = find_pairs(points, body, layout.particles, length, given.steric.length)
+    pairs = np.repeat(np.arange(len(points)), np.diff(starts)), second
+    return points, np.repeat(layout.weights, factor) / factor, pairs
+
+
 def energy(suspension, given, state):
     """Energy of membranes, contacts and tethers, the last as springs of constant K_w."""
     layout, positions = suspension.layout, suspension.positions(state)
     steric = given.steric
-    starts, second = find_pairs(
-        positions, layout.body, layout.particles, given.channel.length, steric.length
-    )
-    pairs = np.repeat(np.arange(layout.nodes), np.diff(starts)), second
     contacts = twins.contact_energy(
-        positions,
-        layout.weights,
-        pairs,
+        *contact_points(positions, layout, given),
         given.channel.length,
         steric.length,
         steric.energy,
         steric.reading,
     )
     membranes = twins.membrane_energy(
-        positions, layout.offsets, layout.spacing, given.membrane.elastic_constant
+        positions,
+        layout.offsets,
+        layout.spacing,
+        given.membrane.elastic_constant,
+        given.membrane.order,
     )
     tethers = layout.wall_spacing * np.sum(state.tether**2) / (2 * given.wall.stiffness)
     return membranes + contacts + tethers
@@ -160,10 +173,16 @@ def test_loaded_tethers_hold_the_walls_rigid(roughness):
     assert not bare.tether.any(), "loading changed the state it was given"
 
 
+@pytest.mark.parametrize(("order", "refinement"), [(2, 1), (6, 2)])
 @pytest.mark.parametrize("roughness", [0.0, 0.59])
-def test_energy_falls_all_the_time_at_zero_stress(roughness):
+def test_energy_falls_all_the_time_at_zero_stress(roughness, order, refinement):
     """Stokes flow only dissipates: nothing may grow while nothing drives."""
-    given = scenes.parameters(wall={"roughness": roughness}, hydrodynamics={"resolution": 4096})
+    given = scenes.parameters(
+        wall={"roughness": roughness},
+        hydrodynamics={"resolution": 4096},
+        membrane={"order": order},
+        steric={"refinement": refinement},
+    )
     suspension, state = scenes.of_foam(scenes.foam(given), given, stress=0.0)
     state = suspension.load(state)
     energies = [energy(suspension, given, state)]
@@ -263,6 +282,77 @@ def test_body_forces_are_their_numpy_twins(aged, smooth):
     np.add.at(twin, end, -pull)
     forces, _ = suspension.body_forces(positions)
     assert forces == pytest.approx(twin, abs=1e-11 * np.abs(twin).max())
+
+
+def test_positions_wrap_whole_membranes_and_keep_those_that_need_none(aged, smooth):
+    suspension, state = scenes.of_foam(aged, smooth)
+    length, first = smooth.channel.length, suspension.layout.offsets[:-1]
+    count = suspension.layout.particle_nodes
+    # Ageing has wrapped them.
+    assert suspension.positions(state)[:count].tobytes() == state.node_position.tobytes()
+    there = state.replace(state.vector.copy(), 0.0, 0)
+    periods = np.array([-3, -1, 0, 1, 2])[np.arange(suspension.layout.particles) % 5]
+    shifts = np.repeat(periods, np.diff(suspension.layout.offsets)) * length
+    there.node_position[:, 0] += shifts
+    before = there.vector.copy()
+    found = suspension.positions(there)[:count]
+    assert np.array_equal(there.vector, before), "the state has changed"
+    # Three periods round by 1e-16 of them.
+    assert found == pytest.approx(state.node_position, abs=1e-15 * length * 10)
+    assert np.all((found[first, 0] >= 0) & (found[first, 0] < length))
+
+
+def test_positions_that_were_wrapped_evaluate_to_the_same_bits(aged, smooth):
+    """Of a state that has left the period and of the same state put back into it."""
+    suspension, state = scenes.of_foam(aged, smooth)
+    gone = state.replace(state.vector.copy(), 0.0, 0)
+    gone.node_position[:, 0] += 0.7 * smooth.channel.length
+    back = gone.replace(gone.vector.copy(), 0.0, 0)
+    wrap_particles(back.node_position, suspension.layout.offsets, smooth.channel.length)
+    assert not np.array_equal(back.vector, gone.vector)
+    assert suspension.rate(back).tobytes() == suspension.rate(gone).tobytes()
+
+
+def test_errors_of_positions_count_in_contact_ranges_and_tethers_as_displacements(aged):
+    given = scenes.parameters(wall={"stiffness": 300.0}, steric={"length": 0.001})
+    suspension, state = scenes.of_foam(aged, given)
+    scale = state.like(suspension.error_scale(state))
+    assert scale.vector.shape == state.vector.shape
+    assert np.all(scale.node_position == 0.001)
+    assert np.all(scale.wall_displacement == 0.001)
+    assert scale.tether == pytest.approx(np.full(state.tether.shape, 0.3), rel=1e-15)
+    # A tether grows as K_w times how far the fluid passes its node: counted as that.
+    walls = suspension.layout.particle_nodes
+    evaluation = suspension.evaluate(state)
+    flow = suspension._mobility.velocities(evaluation.positions, evaluation.forces)[walls:]
+    slip = flow.reshape(2, -1, 2)
+    slip[:, :, 0] -= evaluation.wall_velocity[:, None]
+    rates = state.like(evaluation.rate)
+    counted = np.abs(rates.tether / scale.tether)
+    assert counted == pytest.approx(np.abs(slip) / 0.001, abs=1e-9 * counted.max())
+
+
+@pytest.mark.parametrize("refinement", [1, 2])
+def test_closing_rate_is_that_of_all_films_and_of_the_walls(aged, refinement):
+    """Particles move with their nodes, a wall with its mean velocity along x and not across."""
+    given = scenes.parameters(rheometer={"stress": 0.5}, steric={"refinement": refinement})
+    suspension, state = scenes.of_foam(aged, given)
+    evaluation = suspension.evaluate(state)
+    layout, length = suspension.layout, given.channel.length
+    thickness, step = [], 1e-6
+    _, _, pairs = contact_points(evaluation.positions, layout, given)
+    for sign in (-1, 1):
+        later = state.replace(state.vector + sign * step * evaluation.rate, 0.0, 0)
+        points, _, _ = contact_points(suspension.positions(later), layout, given)
+        arm = points[pairs[1]] - points[pairs[0]]
+        thickness.append(np.log(np.hypot(twins.minimum_image(arm[:, 0], length), arm[:, 1])))
+    rates = (thickness[0] - thickness[1]) / (2 * step)
+    bodies = np.repeat(layout.body, refinement)
+    at_wall = bodies[pairs[1]] >= layout.particles
+    assert 0 < np.count_nonzero(at_wall) < len(at_wall)
+    assert rates.max() > 0
+    # Positions round by 1e-17, which is 1e-14 of a film, over a step of 1e-6.
+    assert suspension.closing_rate(evaluation) == pytest.approx(rates.max(), abs=5e-8)
 
 
 def outer_gap_run(foam, gap, steps=60):

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from ruamel.yaml import YAML
 
 from softslip.errors import ConfigError
+from softslip.fidelity import LEVELS
 from softslip.fields import all_fields, value_at
 from softslip.geometry import particle_radii
 from softslip.parameters import Parameters
@@ -109,6 +110,62 @@ def test_stages_before_the_shear_are_shared_by_all_stresses(folder: Path) -> Non
             assert (entry.stage, entry.id) == (stage, identity)
             assert stage_ids(entry.parameters)[stage] == identity
             assert (entry.parent is None) == (stage == "packing")
+
+
+LEVELS_TEXT = """\
+description: Two levels of fidelity.
+base:
+  channel: {length: 0.0625, height: 0.109375, outer_gap: 0.0625}
+  membrane: {order: 2}
+  hydrodynamics: {quadrature: corrected, node_spacing: 3.0}
+  time_stepping: {shear_time: 100}
+axes:
+  fidelity: [preview, converged]
+  rheometer.stress: [0.1, 0.5]
+"""
+
+
+def test_levels_of_fidelity_fill_each_run_and_leave_what_the_base_gives(folder: Path) -> None:
+    scenario = loaded(folder, LEVELS_TEXT)
+    assert [run.coordinates["fidelity"] for run in scenario.runs()] == [
+        *["preview"] * 2,
+        *["converged"] * 2,
+    ]
+    for run in scenario.runs():
+        level = LEVELS[str(run.coordinates["fidelity"])]
+        kept = {"membrane.order": 2, "hydrodynamics.node_spacing": 3.0}
+        for path, value in (
+            (f"{group}.{key}", value) for group in level for key, value in level[group].items()
+        ):
+            wanted = kept.get(path, value)
+            assert value_at(run.parameters, path) == wanted, f"{path} at {run.coordinates}"
+        assert run.parameters.rheometer.stress == run.coordinates["stress"]
+    identities = {run.ids["ageing"] for run in scenario.runs()}
+    assert len(identities) == 2, "each level ages its own packing, for both stresses"
+
+
+def test_an_axis_over_what_a_level_sets_overrides_it(folder: Path) -> None:
+    text = LEVELS_TEXT.replace("rheometer.stress: [0.1, 0.5]", "steric.refinement: [4, 5]")
+    found = [
+        (run.coordinates["fidelity"], run.parameters.steric.refinement)
+        for run in loaded(folder, text).runs()
+    ]
+    assert found == [("preview", 4), ("preview", 5), ("converged", 4), ("converged", 5)]
+
+
+def test_a_level_in_the_base_is_that_of_every_run(folder: Path) -> None:
+    text = LEVELS_TEXT.replace("fidelity: [preview, converged]", "seed: [1, 2]")
+    text = text.replace("base:\n", "base:\n  fidelity: paper\n")
+    scenario = loaded(folder, text)
+    assert scenario.base.time_stepping.tolerance == LEVELS["paper"]["time_stepping"]["tolerance"]
+    for run in scenario.runs():
+        assert run.parameters.fidelity == "paper"
+        assert run.parameters.time_stepping == scenario.base.time_stepping
+
+
+def test_a_level_that_is_none_is_named_with_its_place(folder: Path) -> None:
+    message = refused(folder, LEVELS_TEXT.replace("converged]", "exact]"))
+    assert message.startswith("axes.fidelity[1]: 'exact' must be 'preview', 'standard'"), message
 
 
 def test_an_unknown_stage_is_refused(folder: Path) -> None:

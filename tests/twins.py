@@ -26,14 +26,65 @@ def links(positions, offsets, spacing, elastic_constant):
     return np.concatenate(start), np.concatenate(end), np.concatenate(pull)
 
 
-def membrane_energy(positions, offsets, spacing, elastic_constant):
+STAGGERED = {2: (1.0,), 6: (75 / 64, -25 / 384, 3 / 640)}
+"""Weights of the differences across 1, 3, 5 spacings in Δs d/ds half-way between two nodes."""
+
+CENTRAL = {2: (1 / 2,), 6: (3 / 4, -3 / 20, 1 / 60)}
+"""Weights of the differences across 2, 4, 6 spacings in Δs d/ds at a node."""
+
+
+def staggered_difference(ring, order):
+    """Δs dX/ds of a closed ring half-way from each node to the next."""
+    pairs = enumerate(STAGGERED[order])
+    return sum(c * (np.roll(ring, -k - 1, axis=0) - np.roll(ring, k, axis=0)) for k, c in pairs)
+
+
+def central_difference(ring, order):
+    """Δs dX/ds of a closed ring at each node."""
+    pairs = enumerate(CENTRAL[order], start=1)
+    return sum(c * (np.roll(ring, -k, axis=0) - np.roll(ring, k, axis=0)) for k, c in pairs)
+
+
+def membrane_energy(positions, offsets, spacing, elastic_constant, order=2):
     """Σ K_e (|ΔX| - Δs)²/(2 Δs), whose gradient is minus the membrane force."""
     total = 0.0
     for first, stop, rest in zip(offsets[:-1], offsets[1:], spacing, strict=True):
-        ring = positions[first:stop]
-        distance = np.hypot(*(np.roll(ring, -1, axis=0) - ring).T)
+        distance = np.hypot(*staggered_difference(positions[first:stop], order).T)
         total += elastic_constant * np.sum((distance - rest) ** 2) / (2 * rest)
     return total
+
+
+def membrane_forces(positions, offsets, spacing, elastic_constant, order):
+    """Tension of each half-way point carried to its nodes by the transposed difference."""
+    forces = np.zeros_like(positions)
+    for first, stop, rest in zip(offsets[:-1], offsets[1:], spacing, strict=True):
+        arm = staggered_difference(positions[first:stop], order)
+        distance = np.hypot(*arm.T)
+        pull = (elastic_constant * (distance / rest - 1) / distance)[:, None] * arm
+        for k, c in enumerate(STAGGERED[order]):
+            forces[first:stop] += c * (np.roll(pull, -k, axis=0) - np.roll(pull, k + 1, axis=0))
+    return forces
+
+
+def membrane_area(ring, order):
+    """½ Σ X × D₁X Δs about the mean of the nodes."""
+    x, y = (ring - ring.mean(axis=0)).T
+    dx, dy = central_difference(ring, order).T
+    return 0.5 * float(np.sum(x * dy - y * dx))
+
+
+def refined_chain(chain, jump, factor):
+    """Points at s + q/factor of one closed chain: the quintic through the nodes s-2 ... s+3."""
+    nodes = np.arange(-2, 4)
+    count = len(chain)
+    points = np.empty((count, factor, 2))
+    for s in range(count):
+        near = chain[(s + nodes) % count].copy()
+        near[:, 0] += jump * ((s + nodes) // count)
+        quintic = np.linalg.solve(np.vander(nodes.astype(float)), near - chain[s])
+        for q in range(factor):
+            points[s, q] = chain[s] + [np.polyval(quintic[:, axis], q / factor) for axis in (0, 1)]
+    return points.reshape(-1, 2)
 
 
 def close_pairs(positions, body, walls_from, length, reach):

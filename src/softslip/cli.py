@@ -5,8 +5,9 @@ wait for the plotting libraries.
 """
 
 import functools
+import json
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -32,12 +33,20 @@ app = typer.Typer(
     help="Wall slip and bulk yielding in soft particle suspensions.",
 )
 
+bench_app = typer.Typer(
+    no_args_is_help=True, help="Measure the paper's scheme and the faster ones side by side."
+)
+app.add_typer(bench_app, name="bench")
+
 ScenarioName = Annotated[
     str, typer.Argument(metavar="SCENARIO", help="Name of a file in config/, or a .yaml path.")
 ]
 RunName = Annotated[str, typer.Argument(metavar="RUN", help="Run ID, or its first digits.")]
 Output = Annotated[Path, typer.Option(help="File to write.")]
 Parent = Annotated[Path, typer.Option(help="Result of the stage before.")]
+Threads = Annotated[
+    int, typer.Option(min=1, help="Threads at most; a run uses up to 2, for the same numbers.")
+]
 Results = Annotated[
     Path | None, typer.Option(help="Folder of the scenario's results; results/NAME by default.")
 ]
@@ -121,20 +130,26 @@ def expansion(scenario: ScenarioName, run: RunName, parent: Parent, output: Outp
 
 @app.command()
 @_one_line_errors
-def ageing(scenario: ScenarioName, run: RunName, parent: Parent, output: Output) -> None:
+def ageing(
+    scenario: ScenarioName, run: RunName, parent: Parent, output: Output, threads: Threads = 1
+) -> None:
     """Relax a packing at zero stress, with hydrodynamics."""
     from softslip.shear import age
 
-    _continue("ageing", scenario, run, parent, output, age)
+    work = functools.partial(age, threads=threads)
+    _continue("ageing", scenario, run, parent, output, work)
 
 
 @app.command(name="shear")
 @_one_line_errors
-def shear_command(scenario: ScenarioName, run: RunName, parent: Parent, output: Output) -> None:
+def shear_command(
+    scenario: ScenarioName, run: RunName, parent: Parent, output: Output, threads: Threads = 1
+) -> None:
     """Shear an aged packing under constant stress or shear rate."""
     from softslip.shear import shear
 
-    _continue("shear", scenario, run, parent, output, shear)
+    work = functools.partial(shear, threads=threads)
+    _continue("shear", scenario, run, parent, output, work)
 
 
 def _finished(
@@ -185,9 +200,9 @@ def fit(
     print(fits.summary(laws))
 
 
-FigureName = Annotated[
-    str, typer.Argument(metavar="FIGURE", help="flow_curves, creep, profiles or snapshot.")
-]
+FIGURES = "flow_curves, creep, profiles, snapshot or benchmark"
+
+FigureName = Annotated[str, typer.Argument(metavar="FIGURE", help=f"{FIGURES}.")]
 
 
 @app.command()
@@ -212,10 +227,11 @@ def draw(
     elif figure == "snapshot":
         curve = read_dataset(data[0], stage="shear")
         drawn = figures.snapshot(curve)
+    elif figure == "benchmark":
+        curve = read_dataset(data[0], stage="bench", run="scaling")
+        drawn = figures.benchmark(curve, *(read_dataset(path, stage="bench") for path in data[1:]))
     else:
-        raise ConfigError(
-            "figure", figure, "is not a figure", "use flow_curves, creep, profiles or snapshot"
-        )
+        raise ConfigError("figure", figure, "is not a figure", f"use {FIGURES}")
     figures.save_figure(drawn, output, {"title": figure, "run": curve.attrs["run"]})
 
 
@@ -245,6 +261,116 @@ def schema() -> None:
     """Write config/schema.json, config/defaults.yaml and the table in config/README.md anew."""
     for path in write_references(Path("config")):
         print(path)
+
+
+FEWEST_PARTICLES = 16
+"""Particles of a benchmark at least: fewer make no channel."""
+
+Particles = Annotated[int, typer.Option(min=FEWEST_PARTICLES, help="Number of particles.")]
+Fidelity = Annotated[str, typer.Option(help="preview, standard, paper or converged.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object, not a table.")]
+Measured = Annotated[Path | None, typer.Option(help="Dataset to write.")]
+Budget = Annotated[float, typer.Option(min=0, help="Seconds for the repeats of a measurement.")]
+
+
+def _tell(line: str) -> None:
+    """Show a phase of a benchmark on standard error."""
+    print(f"bench: {line}", file=sys.stderr, flush=True)
+
+
+def _bench_table(dataset: xr.Dataset) -> Table:
+    """Return a table of all figures of a benchmark, with a column for each number of particles."""
+    words = ", ".join(f"{key} {value}" for key, value in dataset.attrs.items())
+    table = Table("figure", "unit", title=words)
+    for count in dataset["particles"].values.ravel():
+        table.add_column(str(count), justify="right")
+    for name, variable in dataset.data_vars.items():
+        dim = next((dim for dim in ("part", "stage") if dim in variable.dims), None)
+        for label in [""] if dim is None else variable[dim].values:
+            chosen = variable if dim is None else variable.sel({dim: label})
+            if chosen.notnull().all():
+                values = [f"{value:.4g}" for value in chosen.values.ravel()]
+                table.add_row(f"{name} {label}".strip(), variable.attrs["units"], *values)
+    return table
+
+
+def _show_bench(result: Mapping[str, Any], as_json: bool, output: Path | None) -> None:
+    """Print a benchmark's result, and write it if that is wanted."""
+    from softslip.bench import as_dataset
+
+    dataset = as_dataset(result)
+    if output is not None:
+        name = result["bench"]
+        write_dataset(dataset, output, stage="bench", run=name, title=f"benchmark of {name}")
+    if as_json:
+        print(json.dumps(result))
+    else:
+        Console(width=None if sys.stdout.isatty() else 160).print(_bench_table(dataset))
+
+
+@bench_app.command(name="mobility")
+@_one_line_errors
+def bench_mobility_command(
+    particles: Particles = 800,
+    fidelity: Fidelity = "paper",
+    budget: Budget = 5.0,
+    as_json: AsJson = False,
+    output: Measured = None,
+) -> None:
+    """Compare the mesh of the paper with the Ewald sum: time of an evaluation, and velocities."""
+    from softslip.bench import bench_mobility
+
+    result = bench_mobility(particles, fidelity, budget=budget, tell=_tell)
+    _show_bench(result, as_json, output)
+
+
+@bench_app.command(name="run")
+@_one_line_errors
+def bench_run_command(
+    particles: Particles = 100,
+    fidelity: Fidelity = "paper",
+    budget: Budget = 60.0,
+    as_json: AsJson = False,
+    output: Measured = None,
+) -> None:
+    """Compare what a simulated time unit costs in the paper's scheme and at a level of fidelity."""
+    from softslip.bench import bench_run
+
+    result = bench_run(particles, fidelity, budget=budget, tell=_tell)
+    _show_bench(result, as_json, output)
+
+
+@bench_app.command(name="scaling")
+@_one_line_errors
+def bench_scaling_command(
+    particles: Annotated[
+        list[int] | None, typer.Option(min=FEWEST_PARTICLES, help="Give it once for each size.")
+    ] = None,
+    fidelity: Fidelity = "paper",
+    budget: Budget = 3.0,
+    as_json: AsJson = False,
+    output: Measured = None,
+) -> None:
+    """Time an evaluation and its parts for several numbers of particles, against the roofline."""
+    from softslip.bench import SIZES, bench_scaling
+
+    sizes = sorted(set(particles)) if particles else SIZES
+    result = bench_scaling(sizes, fidelity, budget=budget, tell=_tell)
+    _show_bench(result, as_json, output)
+
+
+@bench_app.command(name="memory")
+@_one_line_errors
+def bench_memory_command(
+    particles: Particles = 800,
+    fidelity: Fidelity = "paper",
+    as_json: AsJson = False,
+    output: Measured = None,
+) -> None:
+    """Measure the peak memory of packing, growing and evaluating, in a process for each."""
+    from softslip.bench import bench_memory
+
+    _show_bench(bench_memory(particles, fidelity, tell=_tell), as_json, output)
 
 
 def main() -> None:

@@ -53,6 +53,11 @@ class NumericalError(SoftslipError):
         self.field = field
         self.index = index
         self.step = step
+        self.message = message
+
+    def at_step(self, step: int) -> "NumericalError":
+        """Return the same error at another step, for those who raise it without knowing theirs."""
+        return NumericalError(self.field, self.index, step, self.message)
 
 
 class DatasetError(SoftslipError):

@@ -258,8 +258,16 @@ def bounds(field: FieldInfo) -> str:
         for name, sign in signs.items()
         if getattr(rule, name, None) is not None
     ]
-    choices = [repr(choice) for choice in get_args(field.annotation) if isinstance(choice, str)]
+    choices = [repr(choice) for choice in _choices(field.annotation)]
     return ", ".join(parts) or " or ".join(choices)
+
+
+def _choices(annotation: Any) -> list[str | int]:
+    """Return the values of a Literal, also where null is another choice."""
+    found: list[str | int] = []
+    for choice in get_args(annotation):
+        found += [choice] if isinstance(choice, str | int) else _choices(choice)
+    return found
 
 
 def _remedy(field: FieldInfo, kind: str, value: object) -> str:

@@ -203,6 +203,26 @@ class Layout:
         sizes = np.append(np.diff(self.offsets), [self.wall_nodes, self.wall_nodes])
         return np.repeat(np.arange(self.particles + 2), sizes)
 
+    @cached_property
+    def chains(self) -> IntArray:
+        """First row of each particle and wall and, last, the number of nodes, shape (P + 3,)."""
+        walls = self.particle_nodes + self.wall_nodes * np.arange(1, 3)
+        return np.concatenate((self.offsets, walls))
+
+    @cached_property
+    def neighbours(self) -> tuple[IntArray, IntArray]:
+        """Rows before and after every node along its own membrane or wall, each (nodes,)."""
+        rows = np.arange(self.nodes)
+        before, after = rows - 1, rows + 1
+        before[self.chains[:-1]] = self.chains[1:] - 1
+        after[self.chains[1:] - 1] = self.chains[:-1]
+        return before, after
+
+    @cached_property
+    def reference_area(self) -> FloatArray:
+        """Area of each particle: that of the circle whose nodes lie Δs apart, shape (P,)."""
+        return (self.spacing * np.diff(self.offsets)) ** 2 / (4 * math.pi)
+
 
 def wall_positions(contour: WallContour, height: float, spacing: float) -> FloatArray:
     """Return both walls' nodes at about the wanted spacing, shape (2, nodes of one wall, 2)."""

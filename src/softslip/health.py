@@ -10,6 +10,9 @@ from softslip.state import State
 LARGEST_MOVE = 0.5
 """Largest node displacement of one step, in contact ranges: a contact must not be jumped over."""
 
+LARGEST_CLOSING = 0.5
+"""Largest part of its thickness by which a film may close in one step that adapts."""
+
 SMALLEST_FILM = 0.2
 """Smallest distance between nodes of two bodies, in contact ranges: the contact force there is
 some 1e5 times that of a packing at rest, so that only an unresolved run comes near."""
@@ -23,13 +26,51 @@ def _refuse(field: str, bad: BoolArray, step: int, what: str, remedy: str) -> No
     raise NumericalError(field, index, step, f"{what}; {remedy}")
 
 
-def check_move(rate: FloatArray, time_step: float, contact_range: float, step: int) -> None:
+def longest_step(
+    velocities: FloatArray, closing_rate: float, contact_range: float, step: int
+) -> float:
+    """Return the longest step that moves no node over a contact and closes no film.
+
+    Parameters
+    ----------
+    velocities
+        Of the particle nodes, shape (nodes, 2).
+    closing_rate
+        Largest -d(ln h)/dt of any film [1 / time unit].
+    contact_range
+        σ_LJ [length unit].
+    step
+        Number of the step, for the message.
+
+    Returns
+    -------
+    float
+        In time units; infinite when nothing moves.
+
+    Raises
+    ------
+    NumericalError
+        Naming the first node whose velocity is not a number.
+    """
+    lost: BoolArray = ~np.isfinite(velocities.sum(axis=1))
+    if lost.any():
+        _refuse("node_velocity", lost, step, "is not finite", "use a smaller time_stepping.step")
+    fastest = np.abs(velocities).max(initial=0.0) / contact_range
+    limits = [
+        share / rate
+        for share, rate in ((LARGEST_MOVE, fastest), (LARGEST_CLOSING, closing_rate))
+        if rate > 0
+    ]
+    return float(min(limits, default=np.inf))
+
+
+def check_move(velocities: FloatArray, time_step: float, contact_range: float, step: int) -> None:
     """Raise when a node would move too far in a step, or its velocity is not a number.
 
     Parameters
     ----------
-    rate
-        Velocities of the particle nodes, shape (nodes, 2).
+    velocities
+        Of the particle nodes, shape (nodes, 2).
     time_step
         Δt [time unit].
     contact_range
@@ -40,28 +81,27 @@ def check_move(rate: FloatArray, time_step: float, contact_range: float, step: i
     Raises
     ------
     NumericalError
-        Naming the first such node.
+        Naming the fastest node.
     """
-    limit = LARGEST_MOVE * contact_range / time_step
-    fine = np.abs(rate) <= limit
-    if not fine.all():
-        bad: BoolArray = np.logical_not(fine.all(axis=1))
-        worst = np.abs(rate[int(np.flatnonzero(bad)[0])]).max()
-        _refuse(
-            "node_velocity",
-            bad,
-            step,
-            f"{worst:.3g} moves the node by more than {LARGEST_MOVE:g} steric.length in a step",
-            f"use a time_stepping.step well below {time_step:g}",
-        )
+    if time_step <= longest_step(velocities, 0.0, contact_range, step):
+        return
+    speeds = np.abs(velocities).max(axis=1)
+    worst = speeds.max()
+    _refuse(
+        "node_velocity",
+        speeds == worst,
+        step,
+        f"{worst:.3g} moves the node by more than {LARGEST_MOVE:g} steric.length in a step",
+        f"use a time_stepping.step well below {time_step:g}",
+    )
 
 
 def check_state(
     state: State,
     layout: Layout,
-    reference_area: FloatArray,
     film_thickness: float,
     *,
+    order: int,
     height: float,
     contact_range: float,
 ) -> None:
@@ -71,10 +111,10 @@ def check_state(
     ----------
     state, layout
         What to check.
-    reference_area
-        Area that each particle should have, shape (particles,).
     film_thickness
         Smallest distance between nodes of two bodies [length unit].
+    order
+        Of the areas, see `softslip.membrane.membrane_areas`.
     height
         H [length unit].
     contact_range
@@ -96,9 +136,10 @@ def check_state(
             outside,
             state.step,
             "lies behind a wall",
-            "use a smaller time_stepping.step or a finer hydrodynamics.node_spacing",
+            "use a smaller time_stepping.step or hydrodynamics.node_spacing",
         )
-    error = membrane_areas(state.node_position, layout.offsets) / reference_area - 1
+    areas = membrane_areas(state.node_position, layout.offsets, order)
+    error = areas / layout.reference_area - 1
     if (np.abs(error) > LARGEST_AREA_ERROR).any():
         _refuse(
             "area",

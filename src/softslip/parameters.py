@@ -13,13 +13,31 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Strict, ValidationError, model_validator
 
 from softslip.errors import ConfigError
+from softslip.fidelity import with_level
 from softslip.fields import NOTHING, brief, owner, quantity, refusal, value_at
 
 REFERENCE_MESH_SIZE = 1.0 / 8192.0
 """Mesh size dx_ref of the paper [length unit]."""
 
 EWALD_REACH = 5.5
-"""Reach of the Ewald sum's near part over its split length: the Gaussian there is e^{-7.6}."""
+"""Reach of the Ewald sum's near part over its split length at most, where it ends by itself."""
+
+SPLIT_OVER_SPACING = 1.2
+"""Split length over the node spacing at which the two parts of the Ewald sum cost least."""
+
+SPLIT_OVER_REGULARISATION = 1.5
+"""Smallest split length over the regularisation length: below, the near sum has nothing to do."""
+
+PLAIN_SPACING = 2.5
+"""Largest node spacing over the regularisation length for the plain trapezoidal rule: it misses
+e^{-(2π/2.5)²} = 0.2 % of a smooth force."""
+
+LEAST_REGULARISATION = 0.01
+"""Smallest regularisation length over the node spacing for the corrected rule: the velocity of a
+node then takes half of its digits from the difference of two logarithms."""
+
+MOST_CELLS_APART = 4.0
+"""Largest node spacing over the mesh size on the mesh of the paper's scheme."""
 
 REFERENCE_NODE_SPACING = 1.42 * REFERENCE_MESH_SIZE
 """Spacing Δs_ref of the paper's boundary nodes [length unit], on which K_LJ is defined."""
@@ -263,6 +281,24 @@ class Membrane(_Section):
         description="'flux' subtracts the mean normal velocity of each membrane (Eqs. 20-21); "
         "'none' moves nodes with the bare velocity.",
     )
+    area_restoring: float = quantity(
+        0.0,
+        symbol="κ_A",
+        unit="1 / time unit",
+        paper=0.0,
+        ge=0,
+        le=100,
+        description="Rate at which 'flux' also brings a particle's area back to what it should be; "
+        "without it the errors of time steps add up.",
+    )
+    order: Literal[2, 6] = quantity(
+        2,
+        symbol="p",
+        unit="1",
+        paper=2,
+        description="Order in the node spacing of tension, normals and areas; 6 goes with nodes "
+        "that are several mesh sizes apart.",
+    )
 
 
 class Steric(_Section):
@@ -285,6 +321,16 @@ class Steric(_Section):
         unit="1",
         description="'energy' takes K_LJ as an energy of a pair of nodes at the paper's spacing; "
         "'density' takes the pair force as a force density, as Eq. 28 reads literally.",
+    )
+    refinement: int = quantity(
+        1,
+        symbol="m",
+        unit="1",
+        paper=1,
+        ge=1,
+        le=8,
+        description="Contact points per node, the others interpolated between nodes. Contact "
+        "points more than 2.5 of the paper's mesh sizes apart interlock like gears.",
     )
 
 
@@ -330,14 +376,14 @@ class Hydrodynamics(_Section):
         description="'grid' is the paper's immersed-boundary mesh (Eqs. 7-16); 'ewald' is the same "
         "operator as an Ewald sum, which costs less where the mesh is fine.",
     )
-    split: float = quantity(
-        4.0,
+    split: float | None = quantity(
+        None,
         symbol="a/dx",
         unit="1",
-        ge=2,
-        le=32,
+        ge=1,
+        le=64,
         description="Split length of the Ewald sum over the mesh size. Numerical: it moves work "
-        "between its two parts; without effect on 'grid'.",
+        "between its two parts; null takes the one that costs least.",
     )
     resolution: int = quantity(
         8192,
@@ -346,7 +392,25 @@ class Hydrodynamics(_Section):
         paper=8192,
         ge=64,
         le=65536,
-        description="Mesh points per unit length.",
+        description="Mesh points per unit length. 'ewald' has no such mesh, but measures lengths "
+        "in its size.",
+    )
+    regularisation: float | None = quantity(
+        None,
+        symbol="ε/dx",
+        unit="1",
+        gt=0,
+        le=8,
+        description="Regularisation length of 'ewald' over the mesh size: forces act on the fluid "
+        "over a few of it; null takes that of the mesh of 'grid', to compare with.",
+    )
+    quadrature: Literal["plain", "corrected"] = quantity(
+        "plain",
+        symbol="Σ Δs",
+        unit="1",
+        paper="plain",
+        description="Sum over the nodes of a membrane: 'corrected' adds what the trapezoidal rule "
+        "misses of a node's own neighbourhood, so that fewer nodes do ('ewald' only).",
     )
     symbol: Literal["compact", "wide"] = quantity(
         "compact",
@@ -362,7 +426,7 @@ class Hydrodynamics(_Section):
         unit="1",
         paper=1.42,
         gt=0,
-        le=4,
+        le=16,
         description="Distance between boundary nodes over the mesh size.",
     )
 
@@ -370,11 +434,37 @@ class Hydrodynamics(_Section):
 class TimeStepping(_Section):
     """Integration in time."""
 
-    integrator: Literal["euler"] = quantity(
-        "euler", symbol="scheme", unit="1", paper="euler", description="Explicit Euler (Eq. 17)."
+    integrator: Literal["euler", "rkc2"] = quantity(
+        "euler",
+        symbol="scheme",
+        unit="1",
+        paper="euler",
+        description="'euler' takes explicit steps of one length (Eq. 17); 'rkc2' is Runge-Kutta-"
+        "Chebyshev of second order, which chooses its steps from the tolerance.",
     )
     step: float = quantity(
-        0.002, symbol="Δt", unit="time unit", paper=0.002, gt=0, description="Time step."
+        0.002,
+        symbol="Δt",
+        unit="time unit",
+        paper=0.002,
+        gt=0,
+        description="Time step of 'euler'; first step of 'rkc2'. Records end at multiples of it.",
+    )
+    tolerance: float = quantity(
+        2e-3,
+        symbol="δ/σ_LJ",
+        unit="1",
+        gt=0,
+        le=0.1,
+        description="Largest error of any node's position that 'rkc2' accepts in a step, over "
+        "steric.length.",
+    )
+    longest_step: float = quantity(
+        0.2,
+        symbol="Δt_max",
+        unit="time unit",
+        gt=0,
+        description="Longest step of 'rkc2'.",
     )
     ageing_time: float = quantity(
         50.0,
@@ -446,6 +536,13 @@ class Recording(_Section):
 class _Fields(_Section):
     """The tree of all parameters, each checked by itself but not against the others."""
 
+    fidelity: Literal["preview", "standard", "paper", "converged"] | None = quantity(
+        None,
+        symbol="fidelity",
+        unit="1",
+        description="Level whose numerical settings apply where a scenario gives none of its own; "
+        "null takes the paper's scheme throughout.",
+    )
     solvent: Solvent = Solvent()
     channel: Channel = Channel()
     wall: Wall = Wall()
@@ -493,7 +590,7 @@ class Parameters(_Fields):
             Naming the first offending key, its value, the limit and a remedy.
         """
         try:
-            return cls.model_validate(dict(tree))
+            return cls.model_validate(with_level(tree))
         except ValidationError as error:
             raise refusal(cls, error.errors()[0]) from None
 
@@ -586,19 +683,92 @@ def _check_box(parameters: Parameters) -> None:
         )
 
 
+def best_split(regularisation: float, node_spacing: float) -> float:
+    """Return the split length a of the Ewald sum that costs least, in the unit of its arguments.
+
+    Parameters
+    ----------
+    regularisation, node_spacing
+        ε and Δs.
+    """
+    return max(SPLIT_OVER_SPACING * node_spacing, SPLIT_OVER_REGULARISATION * regularisation)
+
+
+def split_length(parameters: Parameters) -> float:
+    """Return the split length a of the Ewald sum [length unit], chosen where none is given.
+
+    Where the box has no room for the one that costs least, it is as long as there is room for.
+    """
+    hydrodynamics = parameters.hydrodynamics
+    if hydrodynamics.split is not None:
+        return hydrodynamics.split / hydrodynamics.resolution
+    best = best_split(hydrodynamics.regularisation or 1.0, hydrodynamics.node_spacing)
+    return min(best / hydrodynamics.resolution, _room(parameters) / EWALD_REACH)
+
+
+def _room(parameters: Parameters) -> float:
+    """Return how far the near sum may reach: not across the outer gap, nor twice around."""
+    return min(parameters.channel.outer_gap, parameters.channel.length / 3)
+
+
 def _check_ewald(parameters: Parameters) -> None:
-    hydrodynamics, channel = parameters.hydrodynamics, parameters.channel
+    hydrodynamics, room = parameters.hydrodynamics, _room(parameters)
     if hydrodynamics.mobility != "ewald":
         return
-    room = min(channel.outer_gap, channel.length / 3)
-    reach = EWALD_REACH * hydrodynamics.split / hydrodynamics.resolution
-    if reach > room:
+    split = split_length(parameters)
+    reach = EWALD_REACH * split
+    if reach > room * (1 + 1e-12):
         raise ConfigError(
             "hydrodynamics.split",
-            hydrodynamics.split,
+            brief(hydrodynamics.split),
             f"makes the near sum reach {reach:.4g}, beyond {room:.4g}, the smaller of "
             "channel.outer_gap and a third of channel.length",
-            "use a smaller split, a larger channel.outer_gap, or mobility 'grid'",
+            f"use a split of at most {room / EWALD_REACH * hydrodynamics.resolution:.4g}, a "
+            "larger channel.outer_gap, or mobility 'grid'",
+        )
+    smallest = SPLIT_OVER_REGULARISATION * (hydrodynamics.regularisation or 1.0)
+    if split * hydrodynamics.resolution < smallest:
+        raise ConfigError(
+            "hydrodynamics.split",
+            brief(hydrodynamics.split),
+            f"makes the split {split * hydrodynamics.resolution:.4g}, below {smallest:.4g}, "
+            f"{SPLIT_OVER_REGULARISATION:g} regularisation lengths, which leaves nothing to the "
+            "near sum",
+            "use null, which takes the split that costs least, and a channel.outer_gap with room "
+            "for it",
+        )
+
+
+def _check_nodes(parameters: Parameters) -> None:
+    """Check that nodes are close enough for the quadrature and for what they stand for."""
+    hydrodynamics = parameters.hydrodynamics
+    for key in ("quadrature", "regularisation"):
+        value = getattr(hydrodynamics, key)
+        if hydrodynamics.mobility == "grid" and value not in ("plain", None):
+            raise ConfigError(
+                f"hydrodynamics.{key}",
+                value,
+                "has no meaning on the mesh of hydrodynamics.mobility 'grid'",
+                "use mobility 'ewald'",
+            )
+    spacing, spread = hydrodynamics.node_spacing, hydrodynamics.regularisation or 1.0
+    limits: list[tuple[float, str]] = []
+    if parameters.suspension.area_fraction > 0:
+        apart = parameters.steric.length * hydrodynamics.resolution
+        limits.append((apart, "steric.length, beyond which one membrane slips through another"))
+    if hydrodynamics.mobility == "grid":
+        limits.append((MOST_CELLS_APART, "mesh sizes, beyond which solvent leaks between nodes"))
+    elif hydrodynamics.quadrature == "plain":
+        limits.append((PLAIN_SPACING * spread, "what the plain sum resolves; 'corrected' goes on"))
+    else:
+        limits.append((spread / LEAST_REGULARISATION, "a hundred regularisation lengths"))
+    limit, what = min(limits)
+    if spacing > limit * (1 + 1e-12):
+        raise ConfigError(
+            "hydrodynamics.node_spacing",
+            spacing,
+            f"is more than {limit:.4g}, {what}",
+            "use a smaller spacing",
         )
 
 
@@ -786,6 +956,7 @@ CHECKS = (
     _check_bulk,
     _check_box,
     _check_ewald,
+    _check_nodes,
     _check_rheometer,
     _check_times,
     _check_snapshots,

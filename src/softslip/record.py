@@ -1,7 +1,6 @@
 """What a run writes down: interval means of the observables, profiles and snapshots (Sec. III)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 import xarray as xr
@@ -15,6 +14,10 @@ from softslip.suspension import Evaluation, Suspension
 
 WALL_CLEARANCE = 4
 """Mesh lines from a wall at which its regularised force no longer reaches the stress profile."""
+
+
+Sample = dict[str, FloatArray]
+"""Observables of one instant by their dataset names."""
 
 
 def interval_edges(steps: int, per_decade: int, longest: int) -> IntArray:
@@ -38,16 +41,14 @@ class Observer:
     ----------
     parameters, layout
         Of the run.
-    reference_area
-        Area that each particle should have, shape (particles,).
+    flow
+        Its x-averaged flow.
     """
 
-    def __init__(
-        self, parameters: Parameters, layout: Layout, flow: MeanFlow, reference_area: FloatArray
-    ) -> None:
+    def __init__(self, parameters: Parameters, layout: Layout, flow: MeanFlow) -> None:
         self._layout = layout
         self._flow = flow
-        self._reference_area = reference_area
+        self._order = parameters.membrane.order
         self._height = height = parameters.channel.height
         inside = flow.heights <= height * (1 + 1e-12)
         self.heights = flow.heights[inside]
@@ -61,7 +62,7 @@ class Observer:
             edge = margin * parameters.suspension.mean_radius
             self._bulk = (self.heights >= edge) & (self.heights <= height - edge)
 
-    def measure(self, state: State, evaluation: Evaluation) -> dict[str, FloatArray]:
+    def measure(self, state: State, evaluation: Evaluation) -> Sample:
         """Return every observable of one instant by its dataset name."""
         heights = evaluation.positions[:, 1]
         flow = self._flow
@@ -69,8 +70,8 @@ class Observer:
         carried = flow.carried_stress(flow.force_density(heights, evaluation.body_forces[:, 0]))
         stress = (flow.viscous_stress(velocity) + carried)[self._clear]
         profile = velocity[: self.heights.size]
-        areas = membrane_areas(state.node_position, self._layout.offsets)
-        drift = np.abs(areas / self._reference_area - 1)
+        areas = membrane_areas(state.node_position, self._layout.offsets, self._order)
+        drift = np.abs(areas / self._layout.reference_area - 1)
         walls = evaluation.wall_velocity
         apart = state.wall_displacement[UPPER] - state.wall_displacement[LOWER]
         film = evaluation.film_thickness
@@ -89,7 +90,7 @@ class Observer:
             values |= self._bulk_flow(profile, walls)
         return values
 
-    def _bulk_flow(self, profile: FloatArray, walls: FloatArray) -> dict[str, FloatArray]:
+    def _bulk_flow(self, profile: FloatArray, walls: FloatArray) -> Sample:
         """Fit a line to the profile between the margins; its wall intercepts give the slip."""
         slope, intercept = np.polyfit(self.heights[self._bulk], profile[self._bulk], 1)
         slip = np.array([intercept - walls[LOWER], walls[UPPER] - intercept - slope * self._height])
@@ -100,21 +101,26 @@ class Observer:
         }
 
 
-@dataclass
 class _Mean:
-    """Running sum of samples."""
+    """Time average of samples since the last `take`, by the trapezoidal rule."""
 
-    count: int = 0
-    total: dict[str, FloatArray] = field(default_factory=dict)
+    def __init__(self) -> None:
+        self._start = self._time = 0.0
+        self._last: Sample = {}
+        self._integral: Sample = {}
 
-    def add(self, values: dict[str, FloatArray]) -> None:
-        self.count += 1
-        for name, value in values.items():
-            self.total[name] = self.total.get(name, 0.0) + np.asarray(value)
+    def add(self, time: float, sample: Sample) -> None:
+        if self._last:
+            half = 0.5 * (time - self._time)
+            for name, value in sample.items():
+                area = half * (self._last[name] + value)
+                self._integral[name] = self._integral.get(name, 0.0) + area
+        self._time, self._last = time, sample
 
-    def take(self) -> dict[str, FloatArray]:
-        means = {name: value / self.count for name, value in self.total.items()}
-        self.count, self.total = 0, {}
+    def take(self) -> Sample:
+        width = self._time - self._start
+        means = {name: area / width for name, area in self._integral.items()}
+        self._start, self._integral = self._time, {}
         return means
 
 
@@ -185,39 +191,42 @@ class Recorder:
         observer: Observer,
         snapshots: Sequence[float] = (),
     ) -> None:
-        recording, self._time_step = parameters.recording, parameters.time_stepping.step
-        longest = max(round(recording.longest_interval / self._time_step), 1)
-        self._edges = interval_edges(steps, recording.samples_per_decade, longest)
+        recording, unit = parameters.recording, parameters.time_stepping.step
+        longest = max(round(recording.longest_interval / unit), 1)
+        edges = interval_edges(steps, recording.samples_per_decade, longest)
         shares = np.linspace(0, steps, min(recording.profiles, steps) + 1)
-        self._profile_edges = np.ceil(shares).astype(np.int64)
+        profile_edges = np.ceil(shares).astype(np.int64)
+        shots = np.minimum(np.round(np.asarray(snapshots) / unit).astype(np.int64), steps)
+        self._edges, self._profile_edges = edges * unit, profile_edges * unit
+        self._snapshot_times = set((shots * unit).tolist())
+        stops = np.union1d(np.union1d(edges, profile_edges), shots)
+        self.stops: FloatArray = stops[stops > 0] * unit
         self._stride = recording.stride
         self._spacing = recording.field_spacing * parameters.suspension.mean_radius
         self._suspension = suspension
         self._observer = observer
-        self._snapshot_steps = {min(round(time / self._time_step), steps - 1) for time in snapshots}
         self._mean, self._profile = _Mean(), _Mean()
-        self._records: list[dict[str, FloatArray]] = []
+        self._records: list[Sample] = []
         self._profiles: list[FloatArray] = []
-        self._snapshots: list[dict[str, FloatArray]] = []
+        self._snapshots: list[Sample] = []
 
     def visit(self, state: State, evaluation: Evaluation) -> None:
-        """Take note of the state before each step; call once a step, in order."""
-        step = state.step
-        record, profile = len(self._records), len(self._profiles)
-        due = (step - self._edges[record]) % self._stride == 0
-        if due or step == self._profile_edges[profile]:
+        """Take note of a state; call with every state of the stage in order."""
+        time = state.time
+        record_ends = time in self._edges[len(self._records) + 1 :][:1]
+        profile_ends = time in self._profile_edges[len(self._profiles) + 1 :][:1]
+        if state.step % self._stride == 0 or record_ends or profile_ends:
             values = self._observer.measure(state, evaluation)
-            self._profile.add({"velocity_profile": values.pop("velocity_profile")})
-            if due:
-                self._mean.add(values)
-        if step in self._snapshot_steps:
-            self._snapshots.append(self._snapshot(state, evaluation))
-        if step + 1 == self._edges[record + 1]:
+            self._profile.add(time, {"velocity_profile": values.pop("velocity_profile")})
+            self._mean.add(time, values)
+        if record_ends:
             self._records.append(self._mean.take())
-        if step + 1 == self._profile_edges[profile + 1]:
+        if profile_ends:
             self._profiles.append(self._profile.take()["velocity_profile"])
+        if time in self._snapshot_times:
+            self._snapshots.append(self._snapshot(state, evaluation))
 
-    def _snapshot(self, state: State, evaluation: Evaluation) -> dict[str, FloatArray]:
+    def _snapshot(self, state: State, evaluation: Evaluation) -> Sample:
         box = self._suspension.box
         field_x, field_y = (
             (np.arange(count) + 0.5) * (size / count)
@@ -237,17 +246,13 @@ class Recorder:
     def dataset(self) -> xr.Dataset:
         """Return everything recorded so far, with units and long names."""
         count = len(self._records)
-        ends = self._edges[1 : count + 1] * self._time_step
-        starts = self._edges[:count] * self._time_step
+        ends, starts = self._edges[1 : count + 1], self._edges[:count]
         dataset = xr.Dataset(
             coords={
                 "time": ("time", ends),
                 "wall": ("wall", ["lower", "upper"]),
                 "wall_distance": ("wall_distance", self._observer.heights),
-                "profile_time": (
-                    "profile",
-                    self._profile_edges[1 : len(self._profiles) + 1] * self._time_step,
-                ),
+                "profile_time": ("profile", self._profile_edges[1 : len(self._profiles) + 1]),
             }
         )
         dataset["interval"] = ("time", ends - starts)

@@ -44,6 +44,8 @@ DEPENDENCIES: Mapping[str, tuple[str, ...]] = {
         "hydrodynamics.*",
         "time_stepping.integrator",
         "time_stepping.step",
+        "time_stepping.tolerance",
+        "time_stepping.longest_step",
         "time_stepping.ageing_time",
     ),
     # Ageing always runs the exact control at zero stress, so the rheometer comes in here.

@@ -1,6 +1,6 @@
 """The state of a run: all that is needed to go on, and nothing else."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Self
 
 import numpy as np
@@ -22,6 +22,11 @@ class State:
         Time since the stage began [time unit].
     step
         Steps since the stage began.
+    step_size
+        Length that the next step would like [time unit]; 0 before the first step.
+    spectral_radius, radius_age, direction
+        What a stabilised stepper remembers: its estimate of the fastest decay rate
+        [1 / time unit], the steps since it was made, and the direction of that decay.
     """
 
     vector: FloatArray
@@ -29,6 +34,10 @@ class State:
     wall_nodes: int
     time: float = 0.0
     step: int = 0
+    step_size: float = 0.0
+    spectral_radius: float = 0.0
+    radius_age: int = 0
+    direction: FloatArray = field(default_factory=lambda: np.empty(0))
 
     @classmethod
     def at_rest(cls, node_position: FloatArray, layout: Layout) -> "State":
@@ -39,7 +48,7 @@ class State:
 
     def replace(self, vector: FloatArray, time: float, step: int) -> Self:
         """Return the same kind of state with other numbers."""
-        return type(self)(vector, self.particle_nodes, self.wall_nodes, time, step)
+        return replace(self, vector=vector, time=time, step=step)
 
     def like(self, vector: FloatArray) -> "State":
         """Return a view of any vector of the same shape, such as a rate."""

@@ -3,6 +3,8 @@
 import math
 from typing import Literal
 
+import numpy as np
+
 from softslip.geometry import FloatArray, IntArray
 from softslip.kernels import compiled
 from softslip.parameters import REFERENCE_NODE_SPACING
@@ -63,24 +65,70 @@ def add_contacts(
     """
     cutoff = contact_range * contact_range
     closest = math.inf
+    most, per_length = 0, 1.0 / length
     for i in range(starts.size - 1):
-        own_x, own_y = 0.0, 0.0
+        most = max(most, starts[i + 1] - starts[i])
+    # One place more: a pair beyond the range is written, if not counted, after the last.
+    found = np.empty(most + 1, np.int64)
+    x, y, gap = np.empty(most + 1), np.empty(most + 1), np.empty(most + 1)
+    for i in range(starts.size - 1):
+        if starts[i] == starts[i + 1]:
+            continue
+        close = 0
         for k in range(starts[i], starts[i + 1]):
             j = partners[k]
             dx = positions[j, 0] - positions[i, 0]
-            dx -= length * math.floor(dx / length + 0.5)
+            dx -= length * np.floor(dx * per_length + 0.5)
             dy = positions[j, 1] - positions[i, 1]
             squared = dx * dx + dy * dy
-            if squared >= cutoff:
-                continue
-            closest = min(closest, squared)
-            ratio = cutoff / squared
-            sixth = ratio * ratio * ratio
-            force = 96.0 * strength * weights[i] * weights[j] * sixth * (ratio - 1.0) / squared
-            own_x -= force * dx
-            own_y -= force * dy
-            forces[j, 0] += force * dx
-            forces[j, 1] += force * dy
+            found[close], x[close], y[close], gap[close] = j, dx, dy, squared
+            # Most listed pairs are out of range: counting them out needs no branch.
+            close += squared < cutoff
+        own_x, own_y = 0.0, 0.0
+        for k in range(close):
+            closest = min(closest, gap[k])
+            inverse = 1.0 / gap[k]
+            ratio = cutoff * inverse
+            j = found[k]
+            force = 96.0 * strength * weights[i] * weights[j] * ratio**3 * (ratio - 1.0) * inverse
+            own_x -= force * x[k]
+            own_y -= force * y[k]
+            forces[j, 0] += force * x[k]
+            forces[j, 1] += force * y[k]
         forces[i, 0] += own_x
         forces[i, 1] += own_y
     return math.sqrt(closest)
+
+
+@compiled
+def closing_rate(
+    positions: FloatArray,
+    velocities: FloatArray,
+    starts: IntArray,
+    partners: IntArray,
+    length: float,
+    contact_range: float,
+) -> float:
+    """Return the largest -(d/dt) ln r over pairs within the contact range, at least 0.
+
+    Parameters
+    ----------
+    positions, velocities
+        Shape (nodes, 2); x periodic with ``length``.
+    starts, partners, contact_range
+        As for `add_contacts`.
+    """
+    cutoff = contact_range * contact_range
+    fastest = 0.0
+    for i in range(starts.size - 1):
+        for k in range(starts[i], starts[i + 1]):
+            j = partners[k]
+            dx = positions[j, 0] - positions[i, 0]
+            dx -= length * np.floor(dx / length + 0.5)
+            dy = positions[j, 1] - positions[i, 1]
+            squared = dx * dx + dy * dy
+            if squared < cutoff:
+                approach = dx * (velocities[i, 0] - velocities[j, 0])
+                approach += dy * (velocities[i, 1] - velocities[j, 1])
+                fastest = max(fastest, approach / squared)
+    return fastest

@@ -5,13 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
 
-from softslip import membrane, rheometer, steric
+from softslip import membrane, rheometer
+from softslip.contacts import Contacts
 from softslip.errors import NumericalError
 from softslip.geometry import LOWER, UPPER, Box, FloatArray, Layout
 from softslip.integrators import Vector
 from softslip.mobility import Mobility
 from softslip.mobility.outside import StillOutside
-from softslip.neighbours import ContactList
+from softslip.neighbours import PairSource
 from softslip.parameters import Parameters
 from softslip.state import State
 
@@ -68,6 +69,10 @@ class Suspension:
         Imposed stress σ; None imposes ``shear_rate`` instead.
     shear_rate
         Imposed relative wall speed over H.
+    printed_control
+        Whether the paper's own equation drives the walls.
+    near_pairs
+        Source of the node pairs that the mobility lists, and its reach; contacts share them.
     """
 
     def __init__(
@@ -79,6 +84,7 @@ class Suspension:
         stress: float | None,
         shear_rate: float | None = None,
         printed_control: bool = False,
+        near_pairs: tuple[PairSource, float] | None = None,
     ) -> None:
         channel = parameters.channel
         self.box = Box.of(parameters)
@@ -90,10 +96,7 @@ class Suspension:
         self._stress = stress
         self._shear_rate = shear_rate
         self._printed = printed_control
-        self._contacts = ContactList(layout, channel.length, parameters.steric.length)
-        self._strength = steric.contact_strength(
-            parameters.steric.energy, parameters.steric.reading
-        )
+        self._contacts = Contacts(parameters, layout, near_pairs)
         self._drive = rheometer.unit_drive(layout.wall_nodes, channel.length)
         heights = layout.wall_reference[:, :, 1].mean(axis=1)
         self._balance = rheometer.Balance(
@@ -143,11 +146,36 @@ class Suspension:
         """Return the fluid velocity at any points of the channel, shape (points, 2)."""
         return self._mobility.velocities_at(points, evaluation.positions, evaluation.forces)
 
+    def error_scale(self, state: State) -> Vector:
+        """Return the error of each component of the state's vector that counts as one.
+
+        It is the contact range for positions. A tether is K_w times how far the fluid has crept
+        past its node, so that its error counts as that displacement.
+        """
+        scale = np.full(state.vector.size, self._parameters.steric.length)
+        state.like(scale).tether[:] *= self._parameters.wall.stiffness
+        return scale
+
+    def closing_rate(self, evaluation: Evaluation) -> float:
+        """Return the largest rate -d(ln h)/dt at which a contact film closes [1 / time unit]."""
+        velocities = np.empty_like(evaluation.positions)
+        count = self.layout.particle_nodes
+        velocities[:count] = evaluation.rate[: 2 * count].reshape(-1, 2)
+        self._walls(velocities)[:] = 0.0
+        self._walls(velocities)[:, :, 0] = evaluation.wall_velocity[:, None]
+        return self._contacts.closing_rate(evaluation.positions, velocities)
+
     def positions(self, state: State) -> FloatArray:
-        """Return the positions of all nodes, particles and then walls, shape (nodes, 2)."""
+        """Return the positions of all nodes, particles and then walls, shape (nodes, 2).
+
+        Each membrane is shifted by whole periods so that its first node lies in [0, L_x), as
+        `softslip.membrane.wrap_particles` also leaves states: both then evaluate to the same bits.
+        """
         walls = self.layout.wall_reference.copy()
         walls[:, :, 0] += np.mod(state.wall_displacement, self.box.length)[:, None]
-        return np.concatenate((state.node_position, walls.reshape(-1, 2)))
+        positions = np.concatenate((state.node_position, walls.reshape(-1, 2)))
+        membrane.wrap_particles(positions, self.layout.offsets, self.box.length)
+        return positions
 
     def body_forces(self, positions: FloatArray) -> tuple[FloatArray, float]:
         """Return membrane and contact forces on all nodes and the smallest film thickness."""
@@ -158,17 +186,10 @@ class Suspension:
             layout.offsets,
             layout.spacing,
             parameters.membrane.elastic_constant,
+            parameters.membrane.order,
             forces,
         )
-        film = steric.add_contacts(
-            positions,
-            layout.weights,
-            *self._contacts.pairs(positions),
-            self.box.length,
-            parameters.steric.length,
-            self._strength,
-            forces,
-        )
+        film = self._contacts.add_forces(positions, forces)
         return forces, film
 
     def evaluate(self, state: State) -> Evaluation:
@@ -249,7 +270,14 @@ class Suspension:
         view = state.like(rate)
         view.node_position[:] = velocities[: layout.particle_nodes]
         if parameters.membrane.area_correction == "flux":
-            membrane.remove_flux(positions, layout.offsets, view.node_position)
+            membrane.remove_flux(
+                positions,
+                layout.offsets,
+                parameters.membrane.order,
+                parameters.membrane.area_restoring,
+                layout.reference_area,
+                view.node_position,
+            )
         view.wall_displacement[:] = mean
         target = state.wall_speed if self._printed else mean
         view.tether[:] = rheometer.tether_rate(walls, target, parameters.wall.stiffness)

@@ -108,6 +108,8 @@ class Scenario:
         The file's name without its suffix.
     description
         One sentence.
+    tree
+        The file's base as it stands, so that each run's fidelity can fill what it leaves out.
     base
         Parameters of the first run: the file's base, with each axis at its first value.
     axes
@@ -116,6 +118,7 @@ class Scenario:
 
     name: str
     description: str
+    tree: Mapping[str, Any]
     base: Parameters
     axes: tuple[Axis, ...]
 
@@ -136,7 +139,7 @@ class Scenario:
 
     def _expand(self) -> Iterator[Run]:
         for values in product(*(axis.values for axis in self.axes)):
-            parameters = _combined(dict(self.base), self.axes, values)
+            parameters = _combined(self.tree, self.axes, values)
             coordinates = {axis.label: value for axis, value in zip(self.axes, values, strict=True)}
             yield Run(parameters, coordinates, stage_ids(parameters))
 
@@ -231,7 +234,7 @@ def _scenario(name: str, tree: Mapping[Any, Any]) -> Scenario:
             "axes", count, f"runs are more than {MOST_RUNS}", "shorten an axis or leave one out"
         )
     first = _combined(base, axes, tuple(axis.values[0] for axis in axes))
-    scenario = Scenario(name, " ".join(description.split()), first, axes)
+    scenario = Scenario(name, " ".join(description.split()), base, first, axes)
     scenario.runs()
     return scenario
 

@@ -57,7 +57,7 @@ rule ageing:
     message:
         "Ageing at zero stress ({wildcards.run})"
     shell:
-        "softslip ageing {params.scenario:q} {wildcards.run}"
+        "softslip ageing {params.scenario:q} {wildcards.run} --threads {threads}"
         " --parent {input.parent:q} --output {output:q} 2> {log:q}"
 
 
@@ -78,5 +78,5 @@ rule shear:
     message:
         "Shearing ({wildcards.run})"
     shell:
-        "softslip shear {params.scenario:q} {wildcards.run}"
+        "softslip shear {params.scenario:q} {wildcards.run} --threads {threads}"
         " --parent {input.parent:q} --output {output:q} 2> {log:q}"

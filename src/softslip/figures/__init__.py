@@ -4,10 +4,11 @@ Every figure is drawn in one style, averages over seeds, facets over dimensions 
 and says how many runs are missing. "Fig." is that of the paper.
 """
 
+from softslip.figures.benchmark import benchmark
 from softslip.figures.drawing import save_figure
 from softslip.figures.membranes import snapshot
 from softslip.figures.rheology import flow_curves
 from softslip.figures.transient import creep
 from softslip.figures.velocity import profiles
 
-__all__ = ["creep", "flow_curves", "profiles", "save_figure", "snapshot"]
+__all__ = ["benchmark", "creep", "flow_curves", "profiles", "save_figure", "snapshot"]

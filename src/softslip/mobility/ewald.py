@@ -5,139 +5,78 @@ In a periodic box, with ε the regularisation length,
     V(X_i) = Σ_j K_ε(X_i - X_j) F_j,    K̂_ε(k) = e^{-ε²k²} (I - k̂k̂ᵀ)/(η k²).
 
 The mesh scheme responds in the same way up to O(k²) with ε of
-`softslip.mobility.grid.regularisation_length`. The sum is split at a length a > ε,
+`softslip.mobility.grid.regularisation_length`. The sum is split,
 
-    e^{-ε²k²} = far + near,    far = e^{-a²k²} [1 + (a² - ε²) k²],    near = O(k⁴),
+    e^{-ε²k²} = far + near,
 
-so that ``far`` needs a mesh of spacing about a only, and ``near`` decays like a Gaussian in real
-space. With c = r²/4, a force f at distance r causes the near velocity T_t f + (T_r - T_t)(f·r̂) r̂,
-
-    2πη T_r = A₁,    2πη T_t = A₀ - A₁,
-    A₀ = ½ [E₁(c/a²) - E₁(c/ε²)] - (a² - ε²)/(2a²) e^{-c/a²},
-    A₁ r² = [s (1 - e^{-c/s}) + c E₁(c/s)]_{s=ε²}^{s=a²} - (a² - ε²)(1 - e^{-c/a²}).
+``far`` being a smooth blob of force as wide as the reach, for which a coarse mesh does, and
+``near`` a sum over pairs within the reach (`softslip.mobility.near` says what both are).
 """
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-from scipy.fft import next_fast_len
-from scipy.interpolate import CubicSpline
-from scipy.special import exp1
+from numpy.typing import NDArray
 
 from softslip.geometry import Box, FloatArray, IntArray
 from softslip.kernels import compiled
 from softslip.mobility.grid import inverse_or_zero
-from softslip.mobility.transform import PeriodicTransform
+from softslip.mobility.near import (
+    MESH_REACH,
+    IndexArray,
+    RigidPairs,
+    add_near,
+    far_factor,
+    near_on_itself,
+    near_table,
+)
+from softslip.mobility.transform import PaddedTransform
 from softslip.mobility.window import (
+    WIDTH,
+    fill_margins,
+    fold_margins,
     gather_window,
     spread_window,
-    window_polynomials,
     window_transform,
 )
-from softslip.neighbours import VerletList
+from softslip.neighbours import VerletList, find_pairs
 from softslip.parameters import EWALD_REACH
 
-MESH_RATIO = 1.05
-"""Spacing of the far mesh over a: the modes beyond it weigh less than 2e-3."""
+SKIN = 0.2
+"""Thickness of the Verlet skin over the reach of the near sum: balances rebuilding and listing."""
 
-TABLE_SIZE = 4096
-"""Intervals in r² of the near table, each with a cubic (relative error 2e-5)."""
-
-SKIN = 0.25
-"""Thickness of the Verlet skin over the reach of the near sum."""
+TRANSFORM_COST = {1: 1.0, 5: 1.1, 25: 1.2, 3: 1.35, 15: 1.45, 9: 1.6}
+"""Sizes of Fourier transforms, as odd factors of a power of two, and what a point of them costs
+over one of a power of two (measured from 64 to 512)."""
 
 
-def near_profiles(
-    distance: FloatArray, regularisation: float, split: float
-) -> tuple[FloatArray, FloatArray]:
-    """Return 2πη T_t and 2πη (T_r - T_t) at positive distances, by the closed forms above.
-
-    Parameters
-    ----------
-    distance
-        r > 0 [length unit].
-    regularisation, split
-        ε and a [length unit].
-    """
-    c, s0, s1 = 0.25 * distance**2, regularisation**2, split**2
-    a0 = 0.5 * (exp1(c / s1) - exp1(c / s0)) - 0.5 * (s1 - s0) / s1 * np.exp(-c / s1)
-    upper = -s1 * np.expm1(-c / s1) + c * exp1(c / s1)
-    lower = -s0 * np.expm1(-c / s0) + c * exp1(c / s0)
-    a1 = (upper - lower + (s1 - s0) * np.expm1(-c / s1)) / distance**2
-    return a0 - a1, 2 * a1 - a0
-
-
-def near_on_itself(regularisation: float, split: float) -> float:
-    """Return 2πη T_t = 2πη T_r at zero distance."""
-    ratio = (regularisation / split) ** 2
-    return -0.25 * (math.log(ratio) + 1 - ratio)
-
-
-def near_table(regularisation: float, split: float) -> FloatArray:
-    """Return cubics in r² of 2πη T_t and of 2πη (T_r - T_t)/r², shape (TABLE_SIZE, 8)."""
-    squared = np.linspace(0, (EWALD_REACH * split) ** 2, TABLE_SIZE + 1)
-    # The closed forms cancel at zero; so close to it the functions no longer change.
-    inner = np.maximum(squared, 1e-3 * squared[1])
-    tangential, excess = near_profiles(np.sqrt(inner), regularisation, split)
-    cubics = [CubicSpline(squared, values).c[::-1].T for values in (tangential, excess / inner)]
-    return np.ascontiguousarray(np.concatenate(cubics, axis=1))
+def mesh_lines(fewest: float) -> int:
+    """Return the cheapest number of mesh lines, an even one, that is not below ``fewest``."""
+    sizes = {
+        odd << max(math.ceil(math.log2(fewest / odd)), 1): cost
+        for odd, cost in TRANSFORM_COST.items()
+    }
+    return min(sizes, key=lambda size: size * sizes[size])
 
 
 @compiled
-def add_near(
-    positions: FloatArray,
-    forces: FloatArray,
-    starts: IntArray,
-    partners: IntArray,
-    length: float,
-    reach: float,
-    table: FloatArray,
-    on_itself: float,
-    scale: float,
-    velocities: FloatArray,
+def _respond(
+    modes: NDArray[np.complex128], straight: FloatArray, crossed: NDArray[np.complex128]
 ) -> None:
-    """Add the near velocities of all pairs closer than the reach, and of each node on itself.
+    """Turn modes of the force into modes of the velocity, both as complex fields.
 
-    Parameters
-    ----------
-    positions, forces
-        Shape (nodes, 2); x periodic with ``length``.
-    starts, partners
-        Pairs of `softslip.neighbours.find_pairs`, complete within ``reach``.
-    table, on_itself
-        From `near_table` and `near_on_itself`.
-    scale
-        1/(2πη).
-    velocities
-        Added to, shape (nodes, 2).
+    For f = f_x + i f_y with modes F(k), the velocity u_x + i u_y has ½g [F(k) - (k_c²/k²) F*(-k)],
+    k_c = k_x + i k_y: ``straight`` is ½g and ``crossed`` is -½g k_c²/k², both even in k.
     """
-    cutoff = reach * reach
-    width = cutoff / table.shape[0]
-    for i in range(starts.size - 1):
-        fx, fy = forces[i, 0], forces[i, 1]
-        ux, uy = on_itself * fx, on_itself * fy
-        for k in range(starts[i], starts[i + 1]):
-            j = partners[k]
-            dx = positions[j, 0] - positions[i, 0]
-            dx -= length * math.floor(dx / length + 0.5)
-            dy = positions[j, 1] - positions[i, 1]
-            squared = dx * dx + dy * dy
-            if squared >= cutoff:
-                continue
-            cell = min(int(squared / width), table.shape[0] - 1)
-            t = squared - cell * width
-            row = table[cell]
-            tangential = row[0] + t * (row[1] + t * (row[2] + t * row[3]))
-            excess = row[4] + t * (row[5] + t * (row[6] + t * row[7]))
-            gx, gy = forces[j, 0], forces[j, 1]
-            there = excess * (gx * dx + gy * dy)
-            back = excess * (fx * dx + fy * dy)
-            ux += tangential * gx + there * dx
-            uy += tangential * gy + there * dy
-            velocities[j, 0] += scale * (tangential * fx + back * dx)
-            velocities[j, 1] += scale * (tangential * fy + back * dy)
-        velocities[i, 0] += scale * ux
-        velocities[i, 1] += scale * uy
+    nx, ny = modes.shape
+    for i in range(nx // 2 + 1):
+        opposite = (nx - i) % nx
+        for j in range(ny if i != opposite else ny // 2 + 1):
+            other = (ny - j) % ny
+            here, there = modes[i, j], modes[opposite, other]
+            modes[i, j] = straight[i, j] * here + crossed[i, j] * np.conj(there)
+            modes[opposite, other] = straight[i, j] * there + crossed[i, j] * np.conj(here)
 
 
 class EwaldMobility:
@@ -155,82 +94,183 @@ class EwaldMobility:
     viscosity
         η.
     split
-        Split length a > ε [length unit]: a longer one moves work from the far to the near sum and
-        changes the result by the error of the sums only, about 1e-4.
+        Split length a > ε [length unit]: the near sum reaches no farther than `EWALD_REACH` times
+        a. A longer one moves work from the far to the near sum and changes the result by the error
+        of the sums only, about 1e-4; see `softslip.parameters.best_split`.
+    rigid
+        Reference positions of wall nodes, shape (rows, 2), the lower wall's and then as many of
+        the upper one's. They are the last nodes of every call, each wall displaced as a whole
+        along x, so that their near pairs need working out only once.
+    threads
+        With more than one the far and the near sum run side by side, for the same bits.
+
+    Attributes
+    ----------
+    shape
+        Lines of the far mesh along x and y.
+    reach
+        Reach of the near sum [length unit].
+    pairs
+        Number of near pairs in the last evaluation, rigid ones included.
+
+    Raises
+    ------
+    ValueError
+        When the rigid walls are within each other's reach, so that their pairs change.
     """
 
-    def __init__(self, box: Box, regularisation: float, viscosity: float, split: float) -> None:
-        self._length, self._reach = box.length, EWALD_REACH * split
-        nx, ny = (
-            next_fast_len(math.ceil(side / (MESH_RATIO * split)), real=True)
-            for side in (box.length, box.period)
-        )
-        self._spacing = (box.length / nx, box.period / ny)
-        self._kx = 2 * np.pi * np.fft.fftfreq(nx, self._spacing[0])[:, None]
-        self._ky = 2 * np.pi * np.fft.rfftfreq(ny, self._spacing[1])[None, :]
-        self._response = self._far_response(box, regularisation, viscosity, split)
-        self._polynomials = window_polynomials()
-        self._transform = PeriodicTransform(2, nx, ny)
-        self._table = near_table(regularisation, split)
-        self._on_itself = near_on_itself(regularisation, split)
+    def __init__(
+        self,
+        box: Box,
+        regularisation: float,
+        viscosity: float,
+        split: float,
+        *,
+        rigid: FloatArray | None = None,
+        threads: int = 1,
+    ) -> None:
+        self._periods = (box.length, box.period)
+        finest = math.pi * EWALD_REACH * split / MESH_REACH
+        nx, ny = self.shape = (mesh_lines(box.length / finest), mesh_lines(box.period / finest))
+        # Rounding up the lines has made the mesh finer: the near sum need not reach as far.
+        self.reach = MESH_REACH / math.pi * max(box.length / nx, box.period / ny)
+        self._straight, self._crossed = self._response(regularisation, viscosity)
+        self._transform = PaddedTransform(nx, ny, WIDTH)
+        self._table, self._first_cell = near_table(regularisation, self.reach)
         self._scale = 1 / (2 * math.pi * viscosity)
-        self._near = VerletList(box.length, self._reach, SKIN * self._reach)
+        self._on_itself = self._scale * near_on_itself(regularisation, self.reach)
+        self._list = VerletList(box.length, self.reach, SKIN * self.reach)
+        self._listed: tuple[IntArray, IntArray] | None = None
+        self._partners: IndexArray = np.empty(0, np.uint32)
+        self._rigid = RigidPairs.none() if rigid is None else self._rigid_pairs(rigid)
+        self._aside = ThreadPoolExecutor(1) if threads > 1 else None
+        self.pairs = 0
 
-    def _far_response(
-        self, box: Box, regularisation: float, viscosity: float, split: float
-    ) -> FloatArray:
-        """Return far/(η k⁴) over both windows' transforms, from forces to streamfunction modes."""
-        squared = self._kx**2 + self._ky**2
-        difference = split**2 - regularisation**2
-        far = np.exp(-(split**2) * squared) * (1 + difference * squared)
-        window = window_transform(self._kx, self._spacing[0]) * window_transform(
-            self._ky, self._spacing[1]
+    def _response(
+        self, regularisation: float, viscosity: float
+    ) -> tuple[FloatArray, NDArray[np.complex128]]:
+        """Return what `_respond` takes, both windows divided out."""
+        nx, ny = self.shape
+        spacing = (self._periods[0] / nx, self._periods[1] / ny)
+        kx = 2 * np.pi * np.asarray(np.fft.fftfreq(nx, spacing[0]), np.float64)[:, None]
+        ky = 2 * np.pi * np.asarray(np.fft.fftfreq(ny, spacing[1]), np.float64)[None, :]
+        squared = kx**2 + ky**2
+        window = window_transform(kx, spacing[0]) * window_transform(ky, spacing[1])
+        far = far_factor(np.sqrt(squared), regularisation, self.reach)
+        straight = 0.5 * far * inverse_or_zero(viscosity * squared * window**2)
+        straight *= spacing[0] * spacing[1] / (nx * ny)
+        # Neither sign of the highest wavenumber is the right one; the blob has next to none of it.
+        straight[nx // 2] = straight[:, ny // 2] = 0.0
+        crossed: NDArray[np.complex128] = -straight * (kx + 1j * ky) ** 2 * inverse_or_zero(squared)
+        return straight, crossed
+
+    def _rigid_pairs(self, rigid: FloatArray) -> RigidPairs:
+        lower, upper = rigid.reshape(2, -1, 2)
+        apart = upper[:, 1].min() - lower[:, 1].max()
+        if apart < self.reach:
+            raise ValueError(
+                f"the walls come within {apart:.3g} of each other, less than {self.reach:.3g}, the "
+                "reach of the near sum: use a smaller split or no rigid nodes"
+            )
+        count, length = len(rigid), self._periods[0]
+        starts, partners = find_pairs(rigid, np.arange(count), count, length, self.reach)
+        return RigidPairs(
+            rigid, starts, partners, length, self._table, self._first_cell, self._scale
         )
-        cell = self._spacing[0] * self._spacing[1]
-        inverse = inverse_or_zero(viscosity * squared**2 * window**2)
-        response: FloatArray = far * inverse * cell**2 / (box.length * box.period)
-        return response
 
-    def _far(self, points: FloatArray, positions: FloatArray, forces: FloatArray) -> FloatArray:
-        """Return the far velocities at any points, shape (points, 2)."""
-        mesh, modes = self._transform.field, self._transform.modes
+    def _spread(self, points: FloatArray, forces: FloatArray) -> None:
+        """Set the far mesh to the forces; points and forces have shape (2, nodes)."""
+        mesh = self._transform.mesh
         mesh[:] = 0.0
-        spread_window(positions, forces, self._spacing, self._polynomials, mesh)
+        spread_window(points, forces, self._periods, mesh)
+        fold_margins(mesh)
+
+    def _solve(self) -> None:
+        """Turn the forces on the far mesh into velocities."""
         self._transform.forward()
-        streamfunction = (self._ky * modes[0] - self._kx * modes[1]) * self._response
-        np.multiply(self._ky, streamfunction, out=modes[0])
-        np.multiply(-self._kx, streamfunction, out=modes[1])
+        _respond(self._transform.modes, self._straight, self._crossed)
         self._transform.backward()
-        result = np.empty_like(points)
-        gather_window(points, mesh, self._spacing, self._polynomials, result)
+
+    def _gather(self, points: FloatArray) -> FloatArray:
+        """Return the far velocities at points of shape (2, points), shape (points, 2)."""
+        mesh = self._transform.mesh
+        fill_margins(mesh)
+        result = np.empty((points.shape[1], 2))
+        gather_window(points, mesh, self._periods, result)
+        return result
+
+    def near_pairs(self, positions: FloatArray) -> tuple[IntArray, IntArray]:
+        """Return the pairs of nodes that may be within the reach, rigid ones left out."""
+        count = len(positions)
+        return self._list.pairs(positions, np.arange(count), count - self._rigid.nodes)
+
+    def _listed_pairs(self, positions: FloatArray) -> tuple[IntArray, IndexArray]:
+        """Return the same pairs with small indices."""
+        listed = self.near_pairs(positions)
+        if listed is not self._listed:
+            self._listed, self._partners = listed, listed[1].astype(np.uint32)
+        return listed[0], self._partners
+
+    def _add_near(
+        self,
+        points: FloatArray,
+        forces: FloatArray,
+        listed: tuple[IntArray, IndexArray],
+        velocities: FloatArray,
+    ) -> None:
+        """Add the near velocities of nodes; all arrays have shape (nodes, 2)."""
+        velocities += self._on_itself * forces
+        found = add_near(
+            points,
+            forces,
+            *listed,
+            self._periods[0],
+            self.reach,
+            self._table,
+            self._first_cell,
+            self._scale,
+            velocities,
+        )
+        first = len(velocities) - self._rigid.nodes
+        self._rigid.add(forces[first:], velocities[first:])
+        self.pairs = found + self._rigid.pairs
+
+    def _far(self, positions: FloatArray, forces: FloatArray) -> FloatArray:
+        points = positions.T.copy()
+        self._spread(points, forces.T.copy())
+        self._solve()
+        return self._gather(points)
+
+    def _near(self, positions: FloatArray, forces: FloatArray) -> FloatArray:
+        result = np.zeros_like(positions)
+        self._add_near(positions, forces, self._listed_pairs(positions), result)
         return result
 
     def velocities(self, positions: FloatArray, forces: FloatArray) -> FloatArray:
         """Return the fluid velocity at the nodes, shape (nodes, 2); see `Mobility`."""
-        result = self._far(positions, positions, forces)
-        count = len(positions)
-        starts, partners = self._near.pairs(positions, np.arange(count), count)
-        add_near(
-            positions,
-            forces,
-            starts,
-            partners,
-            self._length,
-            self._reach,
-            self._table,
-            self._on_itself,
-            self._scale,
-            result,
-        )
-        return result
+        positions, forces = np.ascontiguousarray(positions), np.ascontiguousarray(forces)
+        if self._aside is None:
+            near = self._near(positions, forces)
+            return self._far(positions, forces) + near
+        pending = self._aside.submit(self._near, positions, forces)
+        far = self._far(positions, forces)
+        return far + pending.result()
 
     def velocities_at(
         self, points: FloatArray, positions: FloatArray, forces: FloatArray
     ) -> FloatArray:
         """Return the regularised velocity at any points, shape (points, 2); see `Mobility`.
 
-        Points are nodes without force.
+        Points are nodes without force, which have no pairs with each other.
         """
+        count = len(points)
         everywhere = np.concatenate((points, positions))
-        without = np.zeros_like(points)
-        return self.velocities(everywhere, np.concatenate((without, forces)))[: len(points)]
+        without = np.concatenate((np.zeros_like(points), forces))
+        self._spread(positions.T.copy(), forces.T.copy())
+        self._solve()
+        result = self._gather(everywhere.T.copy())
+        body = np.concatenate((np.zeros(count, np.int64), 1 + np.arange(len(positions))))
+        free = 1 + len(positions) - self._rigid.nodes
+        starts, partners = find_pairs(everywhere, body, free, self._periods[0], self.reach)
+        self._add_near(everywhere, without, (starts, partners.astype(np.uint32)), result)
+        return result[:count]

@@ -25,7 +25,8 @@ def outside_stress(heights: FloatArray, forces_x: FloatArray, box: Box) -> float
     box
         The periodic box.
     """
-    return float(np.dot(forces_x, heights)) / (box.length * box.period)
+    # Not a dot product: BLAS splits long ones over threads, whose number would change the bits.
+    return float(np.sum(forces_x * heights)) / (box.length * box.period)
 
 
 class StillOutside:
@@ -50,14 +51,21 @@ class StillOutside:
 
     def velocities(self, positions: FloatArray, forces: FloatArray) -> FloatArray:
         """Return the fluid velocity at the nodes, shape (nodes, 2); see `Mobility`."""
-        return self.velocities_at(positions, positions, forces)
+        result = self._mobility.velocities(positions, forces)
+        self._add_shear(positions, positions, forces, result)
+        return result
 
     def velocities_at(
         self, points: FloatArray, positions: FloatArray, forces: FloatArray
     ) -> FloatArray:
         """Return the velocity at any points of the channel, shape (points, 2); see `Mobility`."""
         result = self._mobility.velocities_at(points, positions, forces)
+        self._add_shear(points, positions, forces, result)
+        return result
+
+    def _add_shear(
+        self, points: FloatArray, positions: FloatArray, forces: FloatArray, result: FloatArray
+    ) -> None:
         middle = 0.5 * self._box.height
         stress = outside_stress(positions[:, 1] - middle, forces[:, 0], self._box)
         result[:, 0] += stress / self._viscosity * (points[:, 1] - middle)
-        return result

@@ -1,0 +1,12 @@
+"""Benchmarks: the paper's scheme and the faster ones side by side in one process.
+
+Each returns a plain dictionary, and `as_dataset` makes a dataset of it.
+"""
+
+from softslip.bench.memory import bench_memory
+from softslip.bench.mobility import bench_mobility
+from softslip.bench.results import as_dataset
+from softslip.bench.run import bench_run
+from softslip.bench.scaling import SIZES, bench_scaling
+
+__all__ = ["SIZES", "as_dataset", "bench_memory", "bench_mobility", "bench_run", "bench_scaling"]
