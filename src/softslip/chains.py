@@ -184,8 +184,13 @@ def carry_back(
                 for k in range(_NODES):
                     x[s + k] += weights[q, k] * fx
                     y[s + k] += weights[q, k] * fy
-        for s in range(count + _NODES - 1):
-            node = first + (s - _BEFORE) % count
-            forces[node, 0] += x[s]
-            forces[node, 1] += y[s]
-            x[s] = y[s] = 0.0
+        for s in range(_BEFORE):
+            x[s + count] += x[s]
+            y[s + count] += y[s]
+        for s in range(count + _BEFORE, count + _NODES - 1):
+            x[s - count] += x[s]
+            y[s - count] += y[s]
+        for s in range(count):
+            forces[first + s, 0] += x[s + _BEFORE]
+            forces[first + s, 1] += y[s + _BEFORE]
+        x[: count + _NODES] = y[: count + _NODES] = 0.0

@@ -16,6 +16,7 @@ from softslip.parameters import Parameters, bump_count, bump_radius
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+IndexArray = NDArray[np.uint32]
 BoolArray = NDArray[np.bool_]
 
 LOWER, UPPER = 0, 1

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softslip.geometry import FloatArray, IntArray, Layout
+from softslip.geometry import FloatArray, IndexArray, IntArray, Layout
 from softslip.kernels import compiled
 
 
 @compiled
 def _sort_into_cells(
     positions: FloatArray, length: float, low: float, columns: int, rows: int, size: float
-) -> tuple[IntArray, IntArray]:
+) -> tuple[IntArray, IndexArray]:
     """Return the first entry of each cell, shape (columns * rows + 1,), and the sorted nodes."""
     count = positions.shape[0]
     cell = np.empty(count, np.int64)
@@ -26,7 +26,8 @@ def _sort_into_cells(
         first[cell[i] + 1] += 1
     for c in range(columns * rows):
         first[c + 1] += first[c]
-    members, fill = np.empty(count, np.int64), first.copy()
+    # Unsigned, which spares the search a test for negative indices.
+    members, fill = np.empty(count, np.uint32), first.copy()
     for i in range(count):
         members[fill[cell[i]]] = i
         fill[cell[i]] += 1
@@ -43,7 +44,7 @@ def _partners(
     reach: float,
     grid: tuple[int, int, float, float],
     first: IntArray,
-    members: IntArray,
+    members: IndexArray,
     found: IntArray,
 ) -> int:
     """Fill ``found`` with the partners j > i of node i in ascending order; return their number.
@@ -242,11 +243,11 @@ def refined_pairs(
     count = positions.shape[0]
     first = np.zeros(factor * count + 1, np.int64)
     found, end = np.empty(8 * factor * count + 8, np.int64), 0
-    close, image = np.empty(count, np.int64), np.empty(count)
+    close, image = np.empty(count, np.uint64), np.empty(count)
     for i in range(count):
         near = 0
         for k in range(starts[i], starts[i + 1]):
-            j = partners[k]
+            j = np.uint64(partners[k])
             dx = positions[j, 0] - positions[i, 0]
             shift = length * np.floor(dx / length + 0.5)
             dx -= shift
@@ -259,7 +260,8 @@ def refined_pairs(
             found = longer
         for a in range(factor * i, factor * (i + 1)):
             for k in range(near):
-                for b in range(factor * close[k], factor * (close[k] + 1)):
+                for q in range(factor):
+                    b = np.uint64(factor) * close[k] + np.uint64(q)
                     dx = points[b, 0] - points[a, 0] - image[k]
                     dy = points[b, 1] - points[a, 1]
                     found[end] = b
@@ -331,10 +333,10 @@ class ContactList:
         self._refinement = refinement
         self._shared = shared
         self._reference: FloatArray | None = None
-        self._pairs = (np.zeros(1, np.int64), np.empty(0, np.int64))
+        self._pairs = (np.zeros(1, np.int64), np.empty(0, np.uint32))
         self.touching = np.zeros(layout.particles + 2, np.bool_)
 
-    def pairs(self, positions: FloatArray) -> tuple[IntArray, IntArray]:
+    def pairs(self, positions: FloatArray) -> tuple[IntArray, IndexArray]:
         """Return ``starts, partners`` of the points, complete within the contact range.
 
         Parameters
@@ -347,7 +349,8 @@ class ContactList:
             reference is None
             or not _largest_move(positions, reference, self._length) < self._allowed
         ):
-            starts, partners = self._pairs = self._find(positions)
+            starts, partners = self._find(positions)
+            self._pairs = (starts, partners.astype(np.uint32))
             self._reference = positions.copy()
             factor = self._refinement.factor
             self.touching[:] = False

@@ -27,8 +27,8 @@ def moment(heights: FloatArray, forces_x: FloatArray, length: float) -> float:
     length
         L_x [length unit].
     """
-    # Not a dot product: BLAS splits long ones over threads, whose number would change the bits.
-    return float(np.sum(forces_x * heights)) / length
+    # Not np.dot: BLAS splits long sums over threads, whose number would change the bits.
+    return float(np.einsum("i,i", forces_x, heights)) / length
 
 
 @dataclass(frozen=True)

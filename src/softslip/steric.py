@@ -5,8 +5,8 @@ from typing import Literal
 
 import numpy as np
 
-from softslip.geometry import FloatArray, IntArray
-from softslip.kernels import compiled
+from softslip.geometry import FloatArray, IndexArray, IntArray
+from softslip.kernels import compiled, compiled_in_order
 from softslip.parameters import REFERENCE_NODE_SPACING
 
 
@@ -29,12 +29,12 @@ def contact_strength(energy: float, reading: Literal["energy", "density"]) -> fl
     return energy / REFERENCE_NODE_SPACING**power
 
 
-@compiled
+@compiled_in_order
 def add_contacts(
     positions: FloatArray,
     weights: FloatArray,
     starts: IntArray,
-    partners: IntArray,
+    partners: IndexArray | IntArray,
     length: float,
     contact_range: float,
     strength: float,
@@ -50,7 +50,8 @@ def add_contacts(
     positions, weights
         Shape (nodes, 2) and (nodes,) [length unit]; x periodic with ``length``.
     starts, partners
-        Pairs of `softslip.neighbours.find_pairs`, complete within ``contact_range``.
+        Pairs of `softslip.neighbours.find_pairs`, complete within ``contact_range``; partners
+        best as unsigned numbers, which spare the loop a test for negative ones.
     contact_range
         σ_LJ [length unit].
     strength
@@ -64,37 +65,28 @@ def add_contacts(
         Smallest distance, or infinity when nothing is within the range.
     """
     cutoff = contact_range * contact_range
-    closest = math.inf
-    most, per_length = 0, 1.0 / length
-    for i in range(starts.size - 1):
-        most = max(most, starts[i + 1] - starts[i])
-    # One place more: a pair beyond the range is written, if not counted, after the last.
-    found = np.empty(most + 1, np.int64)
-    x, y, gap = np.empty(most + 1), np.empty(most + 1), np.empty(most + 1)
+    closest, per_length = math.inf, 1.0 / length
     for i in range(starts.size - 1):
         if starts[i] == starts[i + 1]:
             continue
-        close = 0
+        own_x, own_y = 0.0, 0.0
+        scale = 96.0 * strength * weights[i]
         for k in range(starts[i], starts[i + 1]):
             j = partners[k]
             dx = positions[j, 0] - positions[i, 0]
             dx -= length * np.floor(dx * per_length + 0.5)
             dy = positions[j, 1] - positions[i, 1]
             squared = dx * dx + dy * dy
-            found[close], x[close], y[close], gap[close] = j, dx, dy, squared
-            # Most listed pairs are out of range: counting them out needs no branch.
-            close += squared < cutoff
-        own_x, own_y = 0.0, 0.0
-        for k in range(close):
-            closest = min(closest, gap[k])
-            inverse = 1.0 / gap[k]
+            if squared >= cutoff:
+                continue
+            closest = min(closest, squared)
+            inverse = 1.0 / squared
             ratio = cutoff * inverse
-            j = found[k]
-            force = 96.0 * strength * weights[i] * weights[j] * ratio**3 * (ratio - 1.0) * inverse
-            own_x -= force * x[k]
-            own_y -= force * y[k]
-            forces[j, 0] += force * x[k]
-            forces[j, 1] += force * y[k]
+            force = scale * weights[j] * ratio * ratio * ratio * (ratio - 1.0) * inverse
+            own_x -= force * dx
+            own_y -= force * dy
+            forces[j, 0] += force * dx
+            forces[j, 1] += force * dy
         forces[i, 0] += own_x
         forces[i, 1] += own_y
     return math.sqrt(closest)
@@ -105,7 +97,7 @@ def closing_rate(
     positions: FloatArray,
     velocities: FloatArray,
     starts: IntArray,
-    partners: IntArray,
+    partners: IndexArray | IntArray,
     length: float,
     contact_range: float,
 ) -> float:

@@ -206,18 +206,18 @@ class Suspension:
         self._walls(forces)[:] += self.layout.wall_spacing * state.tether
         rest = rheometer.moment(positions[:, 1], forces[:, 0], self.box.length)
         if self._printed:
-            traction, driven = self._tethered_traction(state), forces
+            traction = self._tethered_traction(state)
             rest -= traction * self._balance.arm
         else:
             traction = self._traction(positions, forces, rest)
-            driven = forces + traction * self._unit_forces()
+            self._walls(forces)[:, :, 0] += traction * self._drive
         rheometer.check_traction(traction, state.step)
-        velocities = self._mobility.velocities(positions, driven)
+        velocities = self._mobility.velocities(positions, forces)
         rate = self._rate(state, positions, velocities)
         return Evaluation(
             positions=positions,
             body_forces=body_forces,
-            forces=driven,
+            forces=forces,
             traction=traction,
             stress=self._balance.stress(traction, rest),
             film_thickness=film,

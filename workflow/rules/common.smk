@@ -13,7 +13,11 @@ from softslip.sweep import load_scenario
 min_version("9.0")
 
 # Rules call the command that belongs to this very Python, whether or not it is activated.
-os.environ |= {"PATH": os.pathsep.join([os.path.dirname(sys.executable), *os.get_exec_path()])}
+# Sums that BLAS splits over threads would depend on how many there are.
+os.environ |= {
+    "PATH": os.pathsep.join([os.path.dirname(sys.executable), *os.get_exec_path()]),
+    "OPENBLAS_NUM_THREADS": "1",
+}
 
 unknown = sorted(set(config) - {"scenario"})
 if unknown:

@@ -65,7 +65,12 @@ def nearest_gap(height: float, wanted: float = PAPER_GAP) -> float:
 
 
 def parameters_of(
-    particles: int, fidelity: str | None = None, *, gap: float | None = None, **groups: Any
+    particles: int,
+    fidelity: str | None = None,
+    *,
+    gap: float | None = None,
+    seed: int = 1,
+    **groups: Any,
 ) -> Parameters:
     """Return the parameters of a box of N particles between smooth walls.
 
@@ -77,6 +82,8 @@ def parameters_of(
         Level of `softslip.fidelity`; None is the paper's scheme.
     gap
         Solvent outside the walls [length unit]; by default what `outer_gap` gives.
+    seed
+        Of the packing.
     groups
         Further settings, group by group.
 
@@ -93,6 +100,7 @@ def parameters_of(
     }
     tree: dict[str, Any] = {
         "fidelity": fidelity,
+        "seed": seed,
         "channel": channel,
         "suspension": {"area_fraction": AREA_FRACTION, "mean_radius": MEAN_RADIUS},
         "rheometer": {"stress": STRESS},

@@ -24,13 +24,10 @@ import math
 
 import numpy as np
 from numpy.polynomial import Chebyshev
-from numpy.typing import NDArray
 from scipy.special import exp1, ive
 
-from softslip.geometry import FloatArray, IntArray
+from softslip.geometry import FloatArray, IndexArray, IntArray
 from softslip.kernels import compiled
-
-IndexArray = NDArray[np.uint32]
 
 MESH_REACH = 10.0
 """Highest wavenumber of the far mesh times the reach: beyond it the blob has no modes to speak of.

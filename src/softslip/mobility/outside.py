@@ -11,6 +11,7 @@ traction equals the stress, and nothing depends on the outer gap.
 import numpy as np
 
 from softslip.geometry import Box, FloatArray
+from softslip.kernels import compiled
 from softslip.mobility import Mobility
 
 
@@ -25,8 +26,8 @@ def outside_stress(heights: FloatArray, forces_x: FloatArray, box: Box) -> float
     box
         The periodic box.
     """
-    # Not a dot product: BLAS splits long ones over threads, whose number would change the bits.
-    return float(np.sum(forces_x * heights)) / (box.length * box.period)
+    # Not np.dot: BLAS splits long sums over threads, whose number would change the bits.
+    return float(np.einsum("i,i", forces_x, heights)) / (box.length * box.period)
 
 
 class StillOutside:
@@ -67,5 +68,13 @@ class StillOutside:
         self, points: FloatArray, positions: FloatArray, forces: FloatArray, result: FloatArray
     ) -> None:
         middle = 0.5 * self._box.height
+        # Forces of zero sum have the same moment about any height; this one loses fewest digits.
         stress = outside_stress(positions[:, 1] - middle, forces[:, 0], self._box)
-        result[:, 0] += stress / self._viscosity * (points[:, 1] - middle)
+        add_shear(points, middle, stress / self._viscosity, result)
+
+
+@compiled
+def add_shear(points: FloatArray, middle: float, rate: float, velocities: FloatArray) -> None:
+    """Add a uniform shear about a height to velocities at points, both of shape (points, 2)."""
+    for i in range(points.shape[0]):
+        velocities[i, 0] += rate * (points[i, 1] - middle)

@@ -21,7 +21,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.special import erfc
 
-from softslip.geometry import FloatArray, IntArray, Layout
+from softslip.geometry import FloatArray, IndexArray, Layout
 from softslip.kernels import compiled
 from softslip.mobility import Mobility
 
@@ -64,8 +64,8 @@ def _table(spacing: float, regularisation: float) -> FloatArray:
 @compiled
 def add_missed(
     positions: FloatArray,
-    before: IntArray,
-    after: IntArray,
+    before: IndexArray,
+    after: IndexArray,
     length: float,
     spacing: float,
     table: FloatArray,
@@ -142,7 +142,8 @@ class CorrectedQuadrature:
         self._spacing = float(np.mean(layout.weights))
         self._table = _table(self._spacing, regularisation)
         self._scale = -1 / (4 * math.pi * viscosity)
-        self._before, self._after = layout.neighbours
+        before, after = layout.neighbours
+        self._before, self._after = before.astype(np.uint32), after.astype(np.uint32)
 
     def velocities(self, positions: FloatArray, forces: FloatArray) -> FloatArray:
         """Return the fluid velocity at the nodes, shape (nodes, 2); see `Mobility`."""
