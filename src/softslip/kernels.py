@@ -21,15 +21,18 @@ SUPPORT = 5
 SECOND_MOMENT = 0.6073
 """Mean second moment m₂ of the kernel per axis [mesh size squared]; ε² = m₂ dx² (design §2.1)."""
 
-_FREEDOMS = {"contract", "nsz", "arcp"}
-
-compiled = nb.njit(cache=True, nogil=True, fastmath={*_FREEDOMS, "reassoc"}, error_model="numpy")
+compiled = nb.njit(
+    cache=True,
+    nogil=True,
+    fastmath={"contract", "reassoc", "nsz", "arcp"},
+    error_model="numpy",
+)
 """How every kernel is compiled: with the floating-point freedoms that hide no NaN or Inf, and free
 to run beside another."""
 
-compiled_in_order = nb.njit(cache=True, nogil=True, fastmath=_FREEDOMS, error_model="numpy")
-"""The same for sums over lists with members that do not count: where sums may be reordered, the
-place of those would change the rounding of the others."""
+compiled_exactly = nb.njit(cache=True, nogil=True, error_model="numpy")
+"""The same without those freedoms, for sums over lists with members that do not count: how many
+of those there are must not change the rounding of the others, as unrolling and fusing would."""
 
 _CENTRE = 3.0 / 8.0 + math.pi / 32.0
 _OUTER = 1.0 / 16.0 - math.pi / 64.0

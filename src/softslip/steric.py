@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 
 from softslip.geometry import FloatArray, IndexArray, IntArray
-from softslip.kernels import compiled, compiled_in_order
+from softslip.kernels import compiled, compiled_exactly
 from softslip.parameters import REFERENCE_NODE_SPACING
 
 
@@ -29,7 +29,7 @@ def contact_strength(energy: float, reading: Literal["energy", "density"]) -> fl
     return energy / REFERENCE_NODE_SPACING**power
 
 
-@compiled_in_order
+@compiled_exactly
 def add_contacts(
     positions: FloatArray,
     weights: FloatArray,
