@@ -18,7 +18,18 @@ from scipy.spatial import cKDTree
 from typer.testing import CliRunner
 
 from softslip import bench, figures, shear
-from softslip.bench import memory, mobility, roofline, run, scaling, scenes, timing
+from softslip.bench import (
+    memory,
+    mobility,
+    roofline,
+    run,
+    scaling,
+    scenes,
+    timing,
+    trajectory,
+    trimmed,
+    trimming,
+)
 from softslip.cli import app
 from softslip.errors import ConfigError, SoftslipError
 from softslip.expansion import membrane_node_counts
@@ -52,6 +63,7 @@ def results(flowing):
         "mobility": bench.bench_mobility(SMALL, LEVEL, budget=0.0),
         "run": bench.bench_run(SMALL, LEVEL, gap=GAP, budget=0.0, level_time=0.5),
         "scaling": bench.bench_scaling((16, SMALL), LEVEL, budget=0.0),
+        "trimming": bench.bench_trimming(SMALL, LEVEL, duration=1.0, budget=0.0),
     }
 
 
@@ -67,6 +79,15 @@ def every_number(result):
             yield from value
         elif not isinstance(value, str):
             yield value
+
+
+@pytest.fixture(scope="module")
+def travelled():
+    """The benchmark of trajectories over two short records, after as good as no time at rest."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(trajectory, "SETTLED", 0.0)
+        patch.setattr(trajectory, "INTERVAL", 0.05)
+        return bench.bench_trajectory(SMALL, 0.5, 0.1, LEVEL, ageing=0.1)
 
 
 @pytest.mark.parametrize("particles", [*range(16, 130), 200, 400, 799, 800, 801])
@@ -384,16 +405,184 @@ def test_a_part_that_fails_in_its_process_says_why(tmp_path, monkeypatch):
         memory._in_a_child("level", SMALL, LEVEL, GAP, tmp_path)
 
 
-def test_every_figure_is_a_finite_number(results, peaks):
-    for result in (*results.values(), peaks):
+def test_trimmings_change_nothing_beyond_the_error_of_the_estimate(results):
+    found = results["trimming"]
+    changes = [f"{rate}_change" for rate in trimmed.RATES]
+    for name in set(trimming.BASES) - {"outer gap", "1D profile", "rigid pairs"}:
+        assert [found[key][name] for key in changes] == [0.0] * 3, name
+    # One order of summation against another.
+    assert max(found[key]["rigid pairs"] for key in changes) < 1e-6
+    # The periodic images of a smaller gap are nearer, by what the still solvent lets through.
+    assert found["shear_rate_wall_change"]["outer gap"] < 1e-3
+    assert found["shear_rate_bulk_change"]["outer gap"] < 1e-3
+    assert found["shear_rate_bulk_change"]["1D profile"] < 1e-3
+    assert found["dilute"]["pairs"] == 0
+    for key in ("shear_rate_wall_error", "slip_velocity_error"):
+        assert all(0 < error < 0.1 for error in found[key].values()), key
+
+
+def test_what_is_saved_is_a_share_of_the_run_that_does_it_all(results):
+    found = results["trimming"]
+    assert list(found["saved"]) == list(trimming.BASES)
+    for name, share in found["saved"].items():
+        dilute = name.startswith("contact")
+        whole = found["dilute"]["core_seconds"] if dilute else found["core_seconds"]
+        saved = found["untrimmed_seconds"][name] - found["trimmed_seconds"][name]
+        assert share == pytest.approx(saved / (whole + saved)), name
+    assert found["evaluations"] > found["steps"] > 0
+    # A sample of every state, the first and the last included.
+    assert found["samples"] == pytest.approx(found["steps"] + 1)
+    assert 0 < found["searches"] <= found["evaluations"]
+
+
+@pytest.mark.parametrize("keep", [True, False])
+def test_contacts_without_trimmings_are_the_same_contacts(flowing, keep):
+    """Particles are pressed against each other here, so that there are forces to compare."""
+    searching = trimmed.Searching(flowing.parameters, flowing.layout, keep=keep)
+    positions = flowing.suspension.positions(flowing.state)
+    solver = scenes.plain_sum(flowing.parameters, flowing.layout)
+    product = trimming.Contacts(
+        flowing.parameters, flowing.layout, (solver.near_pairs, solver.reach)
+    )
+    films, forces = [], []
+    for contacts in (product, searching):
+        forces.append(np.zeros_like(positions))
+        films.append(contacts.add_forces(positions, forces[-1]))
+    assert films[0] == films[1] < flowing.parameters.steric.length
+    scale = np.abs(forces[0]).max()
+    assert scale > 0
+    # Only the order of sums may differ.
+    np.testing.assert_allclose(forces[1], forces[0], atol=1e-12 * scale)
+
+
+def test_a_change_is_relative_to_the_untrimmed_run():
+    before = dict.fromkeys(trimmed.RATES, 2.0)
+    after = before | {"slip_velocity": 2.5}
+    found = trimmed.relative_change(before, after)
+    assert found == {"shear_rate_wall": 0.0, "shear_rate_bulk": 0.0, "slip_velocity": 0.2}
+    nothing = dict.fromkeys(trimmed.RATES, 0.0)
+    assert set(trimmed.relative_change(nothing, nothing).values()) == {0.0}
+
+
+def test_the_mesh_and_the_level_stay_together_from_one_state(travelled):
+    assert travelled["time"] == [0.05, 0.1]
+    assert set(travelled["series"]) == set(trajectory.QUANTITIES)
+    for runs in travelled["series"].values():
+        assert {name: len(values) for name, values in runs.items()} == dict.fromkeys(
+            trajectory.RUNS, 2
+        )
+    rates = travelled["series"]["shear_rate_wall"]
+    # The coarsest level is 5 % off the mesh at most; the same start, not the same run, is shown.
+    np.testing.assert_allclose(rates["grid"], rates["fidelity"], rtol=0.05)
+    assert rates["grid"] != rates["fidelity"] != rates["second_seed"]
+    for kind, other in (("grid", "grid"), ("seed", "second_seed")):
+        apart = np.array(rates[other]) - rates["fidelity"]
+        wanted = np.linalg.norm(apart) / np.linalg.norm(rates["fidelity"])
+        assert travelled[f"{kind}_difference"]["shear_rate_wall"] == pytest.approx(wanted)
+    ratio = travelled["grid_difference"]["slip_velocity"]
+    ratio /= travelled["seed_difference"]["slip_velocity"]
+    assert travelled["difference_ratio"]["slip_velocity"] == pytest.approx(ratio)
+
+
+def test_trajectories_have_a_box_with_a_bulk():
+    given = trajectory.parameters_of(44, "paper", 0.5, seed=2)
+    channel = given.channel
+    assert len(particle_radii(given)) == 44
+    assert channel.height / channel.length == pytest.approx(trajectory.ASPECT, rel=0.05)
+    assert (given.seed, given.rheometer.stress) == (2, 0.5)
+    mesh = trajectory.parameters_of(44, None, 0.5)
+    assert (mesh.channel.outside, mesh.channel.outer_gap) == ("still", channel.outer_gap)
+    assert (mesh.hydrodynamics.mobility, mesh.hydrodynamics.node_spacing) == ("grid", 1.42)
+    assert (mesh.time_stepping.integrator, mesh.time_stepping.step) == ("euler", 0.002)
+
+
+def test_means_are_integrals_between_edges(flowing, monkeypatch):
+    """Samples of t² at uneven times, against the exact integral of the polygon through them."""
+    parameters = scenes.parameters_of(SMALL, LEVEL, recording={"bulk_margin": 3.0})
+    series = trajectory.Series(parameters, flowing.layout)
+    times = [0.0, 0.1, 0.25, 0.3, 0.5]
+    values = dict.fromkeys(trajectory.QUANTITIES, 0.0)
+    monkeypatch.setattr(
+        series._observer, "measure", lambda state, _: values | {"slip_velocity": state.time**2}
+    )
+    for step, time in enumerate(times):
+        state = replace(flowing.state, time=time, step=step)
+        series.visit(state, None)
+    series.sample(state, None)
+    assert series.samples == len(times)
+    means = series.means(np.array([0.0, 0.25, 0.5]))["slip_velocity"]
+    first = (0.1 * 0.01 + 0.15 * (0.01 + 0.0625)) / 2 / 0.25
+    second = (0.05 * (0.0625 + 0.09) + 0.2 * (0.09 + 0.25)) / 2 / 0.25
+    np.testing.assert_allclose(means, [first, second], rtol=1e-12)
+
+
+def test_the_figure_of_trajectories_shows_each_run_and_how_far_they_part(travelled, tmp_path):
+    dataset = bench.as_dataset(travelled)
+    write_dataset(dataset, tmp_path / "t.nc", stage="bench", run="trajectory", title="t")
+    figure = figures.trajectory(read_dataset(tmp_path / "t.nc", stage="bench"))
+    rate, slip, rate_apart, slip_apart = figure.axes
+    for axes, key in ((rate, "shear_rate_bulk"), (slip, "slip_velocity")):
+        shown = [line.get_ydata() for line in axes.lines if len(line.get_xdata()) == 2][:3]
+        runs = travelled["series"][key]
+        wanted = [runs[name] for name in ("second_seed", "fidelity", "grid")]
+        np.testing.assert_array_equal(shown, wanted)
+    for axes, key in ((rate_apart, "shear_rate_bulk"), (slip_apart, "slip_velocity")):
+        runs = travelled["series"][key]
+        apart = np.abs(np.array(runs["grid"]) - runs["fidelity"])
+        np.testing.assert_allclose(axes.lines[-1].get_ydata(), apart)
+        assert f"mesh {100 * travelled['grid_difference'][key]:.2g} %" in axes.get_title()
+    words = ["draw", "trajectory", tmp_path / "t.nc", "--output", tmp_path / "t.png"]
+    said = CliRunner().invoke(app, [str(word) for word in words], catch_exceptions=False)
+    assert said.exit_code == 0, said.output
+    assert (tmp_path / "t.png").stat().st_size > 10_000
+
+
+def test_the_command_line_tables_trimmings_with_their_errors(results, monkeypatch):
+    asked = {}
+
+    def fake(particles, fidelity, **options):
+        asked.update(particles=particles, fidelity=fidelity)
+        return results["trimming"]
+
+    monkeypatch.setattr(bench, "bench_trimming", fake)
+    said = call("trimming", "--particles", SMALL, "--fidelity", LEVEL)
+    assert said.exit_code == 0, said.output
+    assert asked == {"particles": SMALL, "fidelity": LEVEL}
+    for name, share in results["trimming"]["saved"].items():
+        (line,) = [line for line in said.stdout.splitlines() if line.startswith(f"│ {name} ")]
+        assert f"{share:.1%}" in line
+        assert f"± {results['trimming']['slip_velocity_error'][name]:.1e}" in line
+
+
+def test_the_command_line_passes_on_what_a_trajectory_is_asked_for(travelled, monkeypatch):
+    asked = {}
+
+    def fake(*given, **options):
+        with options["watch"]("grid") as report:
+            report(1, 1, 0.5)
+        asked.update(given=given, ageing=options["ageing"])
+        return travelled
+
+    monkeypatch.setattr(bench, "bench_trajectory", fake)
+    options = ("--particles", SMALL, "--stress", 0.25, "--time", 3, "--fidelity", LEVEL)
+    said = call("trajectory", *options, "--ageing", 1, "--json")
+    assert said.exit_code == 0, said.output
+    assert json.loads(said.stdout) == travelled
+    assert asked == {"given": (SMALL, 0.25, 3.0, LEVEL), "ageing": 1.0}
+    assert "grid: step 1 of 1" in said.stderr
+    assert "seed_difference slip_velocity" in call("trajectory", *options).stdout
+
+
+def test_every_figure_is_a_finite_number(results, peaks, travelled):
+    for result in (*results.values(), peaks, travelled):
         numbers = list(every_number(result))
         assert len(numbers) > 5
         assert all(math.isfinite(number) for number in numbers)
         assert json.loads(json.dumps(result)) == result
 
 
-def test_results_are_kept_with_their_units(results, peaks, tmp_path):
-    for name, result in (*results.items(), ("memory", peaks)):
+def test_results_are_kept_with_their_units(results, peaks, travelled, tmp_path):
+    for name, result in (*results.items(), ("memory", peaks), ("trajectory", travelled)):
         dataset = bench.as_dataset(result)
         write_dataset(dataset, tmp_path / "b.nc", stage="bench", run=name, title=name)
         back = read_dataset(tmp_path / "b.nc", stage="bench", run=name)
@@ -428,16 +617,20 @@ def heights(axes):
 
 
 def test_the_figure_shows_parts_and_ratios(results, peaks):
-    tables = [bench.as_dataset(each) for each in (*results.values(), peaks)]
-    others = [table for table in tables if table.attrs["bench"] != "scaling"]
-    (scaled,) = [table for table in tables if table.attrs["bench"] == "scaling"]
-    figure = figures.benchmark(scaled, *others)
+    scaled = bench.as_dataset(results["scaling"])
+    larger = results["run"] | {"particles": 7 * SMALL, "ratio": 321.0}
+    compared = (results["mobility"], results["run"], peaks, larger)
+    figure = figures.benchmark(scaled, *map(bench.as_dataset, compared))
     left, right = figure.axes
     assert sum(heights(left)) == pytest.approx(
         float(np.maximum(scaled["nanoseconds"], 0).sum()), rel=1e-9
     )
     shown = [results["mobility"]["ratio"], results["mobility"]["own"]["ratio"]]
-    assert heights(right) == pytest.approx([*shown, results["run"]["ratio"], peaks["ratio"]])
+    shown += [results["run"]["ratio"], peaks["ratio"]]
+    # The bars of the smaller size, and then those of the larger one.
+    assert heights(right) == pytest.approx([*shown, larger["ratio"]])
+    assert [text.get_text() for text in right.get_legend().get_texts()] == ["24", "168"]
+    assert f"run ({LEVEL}): N = 24, 168" in figure.get_supxlabel()
     assert f"{results['scaling']['exponent']:.2f}" in left.get_title()
     figure.canvas.draw()
 
@@ -521,5 +714,6 @@ def test_the_workflow_measures_only_when_asked(tmp_path):
         )
         return dict(re.findall(r"^(\w+) +(\d+)$", said.stdout, re.M))
 
-    assert jobs("bench") == {"measure": "4", "benchmark_figure": "1", "bench": "1", "total": "6"}
+    figures = {"benchmark_figure": "1", "trajectory_figure": "1"}
+    assert jobs("bench") == {"measure": "8", **figures, "bench": "1", "total": "11"}
     assert "measure" not in jobs()

@@ -129,6 +129,18 @@ def test_the_longest_step_is_half_a_contact_and_half_a_film():
     assert slow == pytest.approx(alone, rel=1e-15)
 
 
+def test_a_uniform_shear_does_not_count_where_heights_are_given():
+    heights = np.linspace(0.1, 0.3, 30)
+    noise = 1e-3 * scenes.generator(5).standard_normal((30, 2))
+    # Noise without a shear of its own, so that the fit finds just what is added.
+    basis = np.column_stack((np.ones(30), heights))
+    noise[:, 0] -= basis @ np.linalg.lstsq(basis, noise[:, 0], rcond=None)[0]
+    alone = health.longest_step(noise, 0.0, RANGE, 0)
+    sheared = noise + np.column_stack((0.2 + 3.0 * heights, np.zeros(30)))
+    assert health.longest_step(sheared, 0.0, RANGE, 0, heights) == pytest.approx(alone, rel=1e-9)
+    assert health.longest_step(sheared, 0.0, RANGE, 0) < 0.01 * alone
+
+
 def test_nothing_that_moves_leaves_any_step():
     assert health.longest_step(np.zeros((4, 2)), 0.0, RANGE, 0) == np.inf
     assert health.longest_step(np.empty((0, 2)), 0.0, RANGE, 0) == np.inf

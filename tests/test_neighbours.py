@@ -116,10 +116,41 @@ def test_list_is_kept_while_nodes_stay_within_half_the_skin():
     positions = scenes.generator(3).uniform(0, 0.3, (layout.nodes, 2))
     contacts = ContactList(layout, 0.5, REACH)
     first = contacts.pairs(positions)
-    near = positions + np.array([0.49 * SKIN * REACH, 0.0])
-    assert contacts.pairs(near) is first
-    far = positions + np.array([0.51 * SKIN * REACH, 0.0])
-    assert contacts.pairs(far) is not first
+    apart = np.where(np.arange(layout.nodes) % 2, 1.0, -1.0)[:, None] * (0.0, SKIN * REACH)
+    assert contacts.pairs(positions + 0.49 * apart) is first
+    assert contacts.pairs(positions + 0.51 * apart) is not first
+
+
+def test_list_is_kept_while_nodes_move_in_a_uniform_shear():
+    """What counts is how much two nodes in reach move against each other."""
+    layout = layout_of(2, 10, 10)
+    positions = scenes.generator(3).uniform(0, 0.3, (layout.nodes, 2))
+    contacts = ContactList(layout, 0.5, REACH)
+    first = contacts.pairs(positions)
+    limit = SKIN / (1 + SKIN)
+    for share, kept in ((0.99, True), (1.01, False)):
+        moved = positions.copy()
+        moved[:, 0] += 0.02 + share * limit * positions[:, 1]
+        assert np.abs(moved - positions).max() > 2 * SKIN * REACH
+        assert (contacts.pairs(moved) is first) == kept
+
+
+@given(seeds, st.floats(-0.4, 0.4))
+def test_a_kept_list_lacks_no_pair_after_shear_and_noise(seed, shear):
+    layout, length = layout_of(6, 15, 15), 0.5
+    random = scenes.generator(seed)
+    positions = random.uniform(0, 1, (layout.nodes, 2)) * (length, 0.5)
+    old = ContactList(layout, length, REACH)
+    old.pairs(positions)
+    for _ in range(4):
+        positions = positions + 0.1 * SKIN * REACH * random.uniform(-1, 1, positions.shape)
+        positions[:, 0] += 0.25 * shear * positions[:, 1]
+        kept, film = forces_of(old, positions, layout, length, REACH)
+        fresh, fresh_film = forces_of(
+            ContactList(layout, length, REACH), positions, layout, length, REACH
+        )
+        assert kept.tobytes() == fresh.tobytes()
+        assert film == fresh_film
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])

@@ -18,7 +18,17 @@ from softslip.parameters import Parameters
 from softslip.sweep import MOST_RUNS, STAGES, Scenario, load_scenario, stage_ids
 
 PROJECT = Path(__file__).parents[1]
-NAMED = ("demo", "ci", "paper")
+MATERIAL = (
+    "solvent.viscosity",
+    "membrane.elastic_constant",
+    "membrane.area_correction",
+    "steric.length",
+    "steric.energy",
+    "steric.reading",
+)
+"""What a particle is made of, whatever the numerics."""
+
+NAMED = ("demo", "ci", "paper", "literal")
 
 TEXT = """\
 description: Two walls and two stresses.
@@ -368,13 +378,25 @@ def test_the_demo_is_what_the_project_promises() -> None:
         assert parameters.channel.height >= 12 * given_radius
         promised = paper.suspension.model_copy(update={"area_reference": "free"})
         assert parameters.suspension == promised, "the suspension differs"
-        for group in ("solvent", "membrane", "steric"):
-            assert getattr(parameters, group) == getattr(paper, group), f"{group} differs"
+        for path in MATERIAL:
+            assert value_at(parameters, path) == value_at(paper, path), f"{path} differs"
 
 
 @pytest.mark.usefixtures("in_project")
-def test_the_paper_scenario_has_the_papers_numbers() -> None:
-    scenario = load_scenario("paper")
+def test_the_paper_scenario_is_the_literal_one_with_other_numerics() -> None:
+    runs = zip(load_scenario("paper").runs(), load_scenario("literal").runs(), strict=True)
+    for fast, literal in runs:
+        assert fast.coordinates == literal.coordinates
+        for path in (*MATERIAL, "channel.length", "channel.height"):
+            same = value_at(fast.parameters, path) == value_at(literal.parameters, path)
+            assert same, f"{path} differs"
+        for group in ("suspension", "packing", "wall", "rheometer"):
+            assert getattr(fast.parameters, group) == getattr(literal.parameters, group)
+
+
+@pytest.mark.usefixtures("in_project")
+def test_the_literal_scenario_has_the_papers_numbers() -> None:
+    scenario = load_scenario("literal")
     numbers = {
         "solvent.viscosity": 1.0,
         "membrane.elastic_constant": 1.0,

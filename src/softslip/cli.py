@@ -200,7 +200,7 @@ def fit(
     print(fits.summary(laws))
 
 
-FIGURES = "flow_curves, creep, profiles, snapshot or benchmark"
+FIGURES = "flow_curves, creep, profiles, snapshot, benchmark or trajectory"
 
 FigureName = Annotated[str, typer.Argument(metavar="FIGURE", help=f"{FIGURES}.")]
 
@@ -230,6 +230,9 @@ def draw(
     elif figure == "benchmark":
         curve = read_dataset(data[0], stage="bench", run="scaling")
         drawn = figures.benchmark(curve, *(read_dataset(path, stage="bench") for path in data[1:]))
+    elif figure == "trajectory":
+        curve = read_dataset(data[0], stage="bench", run="trajectory")
+        drawn = figures.trajectory(curve)
     else:
         raise ConfigError("figure", figure, "is not a figure", f"use {FIGURES}")
     figures.save_figure(drawn, output, {"title": figure, "run": curve.attrs["run"]})
@@ -280,17 +283,36 @@ def _tell(line: str) -> None:
 
 def _bench_table(dataset: xr.Dataset) -> Table:
     """Return a table of all figures of a benchmark, with a column for each number of particles."""
-    words = ", ".join(f"{key} {value}" for key, value in dataset.attrs.items())
+    words = ", ".join(f"{key} {dataset.attrs[key]}" for key in ("bench", "fidelity"))
     table = Table("figure", "unit", title=words)
     for count in dataset["particles"].values.ravel():
         table.add_column(str(count), justify="right")
     for name, variable in dataset.data_vars.items():
-        dim = next((dim for dim in ("part", "stage") if dim in variable.dims), None)
+        if {"time", "trimming"} & set(variable.dims):
+            continue
+        dim = next((dim for dim in variable.dims if dim != "particles"), None)
         for label in [""] if dim is None else variable[dim].values:
             chosen = variable if dim is None else variable.sel({dim: label})
             if chosen.notnull().all():
                 values = [f"{value:.4g}" for value in chosen.values.ravel()]
                 table.add_row(f"{name} {label}".strip(), variable.attrs["units"], *values)
+    return table
+
+
+def _trimming_table(dataset: xr.Dataset) -> Table:
+    """Return a table with a row for each trimming; changes stand beside their errors."""
+    title = "core-seconds per time unit, and relative changes ± error of the estimate"
+    table = Table("trimming", title=title, caption=f"Errors from {dataset.attrs['errors']}.")
+    for words in ("with it", "without", "saved", "wall rate", "bulk rate", "slip velocity"):
+        table.add_column(words, justify="right")
+    for name in dataset["trimming"].values:
+        row = dataset.sel(trimming=name)
+        seconds = [f"{float(row[key]):.3g}" for key in ("trimmed_seconds", "untrimmed_seconds")]
+        changes = [
+            f"{float(row[f'{key}_change']):.1e} ± {float(row[f'{key}_error']):.1e}"
+            for key in ("shear_rate_wall", "shear_rate_bulk", "slip_velocity")
+        ]
+        table.add_row(name, *seconds, f"{float(row['saved']):.1%}", *changes)
     return table
 
 
@@ -304,8 +326,11 @@ def _show_bench(result: Mapping[str, Any], as_json: bool, output: Path | None) -
         write_dataset(dataset, output, stage="bench", run=name, title=f"benchmark of {name}")
     if as_json:
         print(json.dumps(result))
-    else:
-        Console(width=None if sys.stdout.isatty() else 160).print(_bench_table(dataset))
+        return
+    console = Console(width=None if sys.stdout.isatty() else 160)
+    console.print(_bench_table(dataset))
+    if "trimming" in dataset.dims:
+        console.print(_trimming_table(dataset))
 
 
 @bench_app.command(name="mobility")
@@ -371,6 +396,44 @@ def bench_memory_command(
     from softslip.bench import bench_memory
 
     _show_bench(bench_memory(particles, fidelity, tell=_tell), as_json, output)
+
+
+@bench_app.command(name="trimming")
+@_one_line_errors
+def bench_trimming_command(
+    particles: Particles = 100,
+    fidelity: Fidelity = "paper",
+    budget: Budget = 2.0,
+    as_json: AsJson = False,
+    output: Measured = None,
+) -> None:
+    """Measure what work that is left out of a run saves, and that the flow stays the same."""
+    from softslip.bench import bench_trimming
+
+    result = bench_trimming(particles, fidelity, budget=budget, tell=_tell)
+    _show_bench(result, as_json, output)
+
+
+@bench_app.command(name="trajectory")
+@_one_line_errors
+def bench_trajectory_command(
+    particles: Particles = 44,
+    stress: Annotated[float, typer.Option(help="Imposed stress [stress unit].")] = 0.5,
+    duration: Annotated[
+        float, typer.Option("--time", min=2, help="Time under stress [time unit].")
+    ] = 20.0,
+    fidelity: Fidelity = "paper",
+    ageing: Annotated[float, typer.Option(min=0, help="Time at rest before it [time unit].")] = 50,
+    as_json: AsJson = False,
+    output: Measured = None,
+) -> None:
+    """Shear one state at a level and on the paper's mesh, and a second packing beside them."""
+    from softslip.bench import bench_trajectory
+
+    result = bench_trajectory(
+        particles, stress, duration, fidelity, ageing=ageing, tell=_tell, watch=progress_report
+    )
+    _show_bench(result, as_json, output)
 
 
 def main() -> None:

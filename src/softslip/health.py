@@ -27,7 +27,11 @@ def _refuse(field: str, bad: BoolArray, step: int, what: str, remedy: str) -> No
 
 
 def longest_step(
-    velocities: FloatArray, closing_rate: float, contact_range: float, step: int
+    velocities: FloatArray,
+    closing_rate: float,
+    contact_range: float,
+    step: int,
+    heights: FloatArray | None = None,
 ) -> float:
     """Return the longest step that moves no node over a contact and closes no film.
 
@@ -41,6 +45,9 @@ def longest_step(
         σ_LJ [length unit].
     step
         Number of the step, for the message.
+    heights
+        Of the nodes, shape (nodes,): then the uniform shear that fits the velocities best does
+        not count, as it hardly moves two nodes in contact against each other [length unit].
 
     Returns
     -------
@@ -55,6 +62,8 @@ def longest_step(
     lost: BoolArray = ~np.isfinite(velocities.sum(axis=1))
     if lost.any():
         _refuse("node_velocity", lost, step, "is not finite", "use a smaller time_stepping.step")
+    if heights is not None and len(heights):
+        velocities = _without_shear(velocities, heights)
     fastest = np.abs(velocities).max(initial=0.0) / contact_range
     limits = [
         share / rate
@@ -62,6 +71,15 @@ def longest_step(
         if rate > 0
     ]
     return float(min(limits, default=np.inf))
+
+
+def _without_shear(velocities: FloatArray, heights: FloatArray) -> FloatArray:
+    """Return velocities less their best fit by a uniform shear v_x = a + b y."""
+    along, y = velocities[:, 0], heights - heights.mean()
+    shear = float(np.einsum("i,i", along, y)) / max(
+        float(np.einsum("i,i", y, y)), np.finfo(float).tiny
+    )
+    return np.column_stack((along - along.mean() - shear * y, velocities[:, 1]))
 
 
 def check_move(velocities: FloatArray, time_step: float, contact_range: float, step: int) -> None:

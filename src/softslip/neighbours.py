@@ -133,8 +133,28 @@ def find_pairs(
 
 
 @compiled
-def _largest_move(positions: FloatArray, reference: FloatArray, length: float) -> float:
-    largest = 0.0
+def _still_complete(
+    positions: FloatArray,
+    reference: FloatArray,
+    length: float,
+    reach: float,
+    skin: float,
+    gain: float,
+) -> bool:
+    """Return whether no pair can have come within the reach that was beyond reach plus skin.
+
+    A displacement is split into a uniform shear, Δx = a + b y, and a remainder δ. Two nodes d apart
+    have moved against each other by at most 2 max|δ| + |b| d, so that the list holds as long as
+    2 max|δ| + |b| (reach + skin) < skin; without the shear, as long as 2 max|δ| < skin.
+
+    Parameters
+    ----------
+    positions, reference
+        Now and when the list was made, shape (nodes, 2); x periodic with ``length``.
+    gain
+        Factor on δ for points that are interpolated between nodes.
+    """
+    largest, mean_x, mean_y = 0.0, 0.0, 0.0
     for i in range(positions.shape[0]):
         dx = positions[i, 0] - reference[i, 0]
         dx -= length * np.floor(dx / length + 0.5)
@@ -143,8 +163,40 @@ def _largest_move(positions: FloatArray, reference: FloatArray, length: float) -
         if not squared <= largest:  # Written so that NaN counts as the farthest.
             largest = squared
             if math.isnan(squared):
-                break
-    return math.sqrt(largest)
+                return False
+        mean_x += dx
+        mean_y += reference[i, 1]
+    if 2 * gain * math.sqrt(largest) < skin:
+        return True
+    # A displacement across much of the period cannot be told from one across the rest of it.
+    if not 16 * largest < length * length:
+        return False
+    mean_x /= positions.shape[0]
+    mean_y /= positions.shape[0]
+    shear = _mean_shear(positions, reference, length, mean_x, mean_y)
+    remainder = 0.0
+    for i in range(positions.shape[0]):
+        dx = positions[i, 0] - reference[i, 0]
+        dx -= length * np.floor(dx / length + 0.5)
+        dx -= mean_x + shear * (reference[i, 1] - mean_y)
+        dy = positions[i, 1] - reference[i, 1]
+        remainder = max(remainder, dx * dx + dy * dy)
+    return 2 * gain * math.sqrt(remainder) + abs(shear) * (reach + skin) < skin
+
+
+@compiled
+def _mean_shear(
+    positions: FloatArray, reference: FloatArray, length: float, mean_x: float, mean_y: float
+) -> float:
+    """Return b of the least-squares fit Δx = a + b y to all displacements."""
+    product, square = 0.0, 0.0
+    for i in range(positions.shape[0]):
+        dx = positions[i, 0] - reference[i, 0]
+        dx -= length * np.floor(dx / length + 0.5)
+        y = reference[i, 1] - mean_y
+        product += (dx - mean_x) * y
+        square += y * y
+    return product / square if square > 0 else 0.0
 
 
 SKIN = 0.5
@@ -183,7 +235,7 @@ class VerletList:
         if (
             reference is None
             or reference.shape != positions.shape
-            or not _largest_move(positions, reference, self._length) < 0.5 * self._skin
+            or not _still_complete(positions, reference, self._length, self._reach, self._skin, 1.0)
         ):
             reach = self._reach + self._skin
             self._pairs = find_pairs(positions, body, walls_from, self._length, reach)
@@ -328,8 +380,7 @@ class ContactList:
     ) -> None:
         self._body, self._walls_from = layout.body, layout.particles
         self._length = length
-        self._reach = (1 + SKIN) * contact_range
-        self._allowed = 0.5 * SKIN * contact_range / refinement.gain
+        self._range, self._skin = contact_range, SKIN * contact_range
         self._refinement = refinement
         self._shared = shared
         self._reference: FloatArray | None = None
@@ -345,9 +396,8 @@ class ContactList:
             Of the nodes, shape (nodes, 2).
         """
         reference = self._reference
-        if (
-            reference is None
-            or not _largest_move(positions, reference, self._length) < self._allowed
+        if reference is None or not _still_complete(
+            positions, reference, self._length, self._range, self._skin, self._refinement.gain
         ):
             starts, partners = self._find(positions)
             self._pairs = (starts, partners.astype(np.uint32))
@@ -361,7 +411,8 @@ class ContactList:
     def _find(self, positions: FloatArray) -> tuple[IntArray, IntArray]:
         factor = self._refinement.factor
         points = self._refinement.points(positions)
-        node_reach = self._reach + 2 * _farthest(points, positions, factor)
+        reach = self._range + self._skin
+        node_reach = reach + 2 * _farthest(points, positions, factor)
         if self._shared is not None and self._shared[1] >= node_reach:
             node_pairs = self._shared[0](positions)
         else:
@@ -378,5 +429,5 @@ class ContactList:
             factor,
             self._length,
             node_reach,
-            self._reach,
+            reach,
         )

@@ -256,7 +256,8 @@ def _longest_step(
         health.check_move(velocities, stepping.step, contact_range, state.step)
         return stepping.step
     closing = suspension.closing_rate(evaluation)
-    longest = health.longest_step(velocities, closing, contact_range, state.step)
+    heights = state.node_position[:, 1]
+    longest = health.longest_step(velocities, closing, contact_range, state.step, heights)
     return min(longest, stepping.longest_step)
 
 

@@ -2,16 +2,25 @@
 # `snakemake --cores 2 bench`.
 
 BENCHMARKS = {
-    "mobility": "--particles 800",
-    "run": "--particles 100",
-    "scaling": "",
-    "memory": "--particles 800",
+    "mobility_100": "mobility --particles 100 --fidelity paper",
+    "mobility_800": "mobility --particles 800 --fidelity paper",
+    "run_100": "run --particles 100 --fidelity standard",
+    "run_800": "run --particles 800 --fidelity standard",
+    "scaling": "scaling",
+    "memory": "memory --particles 800",
+    "trimming": "trimming",
+    "trajectory": "trajectory",
 }
+
+# The benchmark figure's datasets, that of the bars over N first.
+COMPARED = ["scaling", "mobility_100", "mobility_800", "run_100", "run_800", "memory"]
 
 
 rule bench:
     input:
         "results/bench/benchmark.png",
+        "results/bench/trajectory.png",
+        "results/bench/trimming.nc",
     localrule: True
 
 
@@ -33,13 +42,12 @@ rule measure:
     message:
         "Measuring {wildcards.bench}"
     shell:
-        "OPENBLAS_NUM_THREADS=1 softslip bench {wildcards.bench} {params.options}"
-        " --output {output:q} &> {log:q}"
+        "OPENBLAS_NUM_THREADS=1 softslip bench {params.options}" " --output {output:q} &> {log:q}"
 
 
 rule benchmark_figure:
     input:
-        expand("results/bench/{bench}.nc", bench=["scaling", "mobility", "run", "memory"]),
+        expand("results/bench/{bench}.nc", bench=COMPARED),
     output:
         "results/bench/benchmark.png",
     log:
@@ -52,3 +60,20 @@ rule benchmark_figure:
         "Drawing benchmark"
     shell:
         "softslip draw benchmark {input:q} --output {output:q} 2> {log:q}"
+
+
+rule trajectory_figure:
+    input:
+        "results/bench/trajectory.nc",
+    output:
+        "results/bench/trajectory.png",
+    log:
+        "results/bench/logs/trajectory_figure.log",
+    benchmark:
+        "results/bench/benchmarks/trajectory_figure.tsv"
+    conda:
+        f"../{ENVIRONMENT}"
+    message:
+        "Drawing trajectory"
+    shell:
+        "softslip draw trajectory {input:q} --output {output:q} 2> {log:q}"

@@ -8,5 +8,16 @@ from softslip.bench.mobility import bench_mobility
 from softslip.bench.results import as_dataset
 from softslip.bench.run import bench_run
 from softslip.bench.scaling import SIZES, bench_scaling
+from softslip.bench.trajectory import bench_trajectory
+from softslip.bench.trimming import bench_trimming
 
-__all__ = ["SIZES", "as_dataset", "bench_memory", "bench_mobility", "bench_run", "bench_scaling"]
+__all__ = [
+    "SIZES",
+    "as_dataset",
+    "bench_memory",
+    "bench_mobility",
+    "bench_run",
+    "bench_scaling",
+    "bench_trajectory",
+    "bench_trimming",
+]

@@ -6,7 +6,18 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-UNITS = {
+CHANGES = {
+    f"{key}_{kind}": ("1", f"relative {words} of the {meaning}")
+    for key, meaning in {
+        "shear_rate_wall": "apparent shear rate",
+        "shear_rate_bulk": "true shear rate",
+        "slip_velocity": "slip velocity",
+    }.items()
+    for kind, words in {"change": "change", "error": "error of the estimate"}.items()
+}
+"""Figures that say what a trimming changes, with unit and meaning."""
+
+UNITS = CHANGES | {
     "particles": ("1", "number of particles"),
     "nodes": ("1", "number of nodes"),
     "grid_nodes": ("1", "number of nodes of the mesh scheme"),
@@ -35,21 +46,44 @@ UNITS = {
     "bandwidth": ("byte / s", "bandwidth of a copy by one core"),
     "rate": ("1 / s", "additions and multiplications by one core"),
     "peak": ("MiB", "peak resident memory"),
+    "stress": ("stress unit", "imposed stress"),
+    "time": ("time unit", "time since the stress began, at the end of the record's interval"),
+    "shear_rate_bulk": ("1 / time unit", "true shear rate, slope of the mean velocity profile"),
+    "slip_velocity": ("length unit / time unit", "slip velocity, mean of both walls"),
+    "film_thickness": ("length unit", "smallest distance between points of two bodies"),
+    "grid_difference": ("1", "rms difference of the mesh scheme from the level, relative"),
+    "seed_difference": ("1", "rms difference of a second packing from the first, relative"),
+    "difference_ratio": ("1", "rms difference of the schemes over that of two packings"),
+    "cost": ("s / time unit", "processor time per simulated time"),
+    "samples": ("1 / time unit", "samples of the observables per simulated time"),
+    "searches": ("1 / time unit", "searches for contacts per simulated time"),
+    "trimmed_seconds": ("s / time unit", "processor time of the work that is left"),
+    "untrimmed_seconds": ("s / time unit", "processor time of the work without the trimming"),
+    "saved": ("1", "share of the untrimmed run's processor time that is saved"),
 }
 """Unit and meaning of each figure of a result, by its key."""
 
-TABLES = {"nanoseconds": "part", "bytes": "part", "operations": "part", "fraction": "part"} | {
-    "peak": "stage"
+TABLES = {
+    **dict.fromkeys(("nanoseconds", "bytes", "operations", "fraction"), "part"),
+    "peak": "stage",
+    "cost": "run",
+    **dict.fromkeys(("grid_difference", "seed_difference", "difference_ratio"), "quantity"),
+    **dict.fromkeys(("trimmed_seconds", "untrimmed_seconds", "saved"), "trimming"),
+    **dict.fromkeys(CHANGES, "trimming"),
 }
 """Figures that have a value for each of some named things, and what these are."""
+
+SERIES = "series"
+"""Key of the mapping of observables to their values for each run and ``time``."""
 
 
 def as_dataset(result: Mapping[str, Any]) -> xr.Dataset:
     """Return a benchmark's result as a dataset.
 
-    Lists become variables over ``particles``, the tables of `TABLES` variables over ``part`` or
-    ``stage``, and the entries of other nested mappings variables named after both keys, such as
-    ``own_ratio``. Words become attributes. A table has NaN for what only the first one names.
+    Lists become variables over ``particles``, the tables of `TABLES` variables over what they
+    name, those of `SERIES` variables over ``run`` and ``time``, and the entries of other nested
+    mappings variables named after both keys, such as ``own_ratio``. Words become attributes. A
+    table has NaN for what only the first one names.
 
     Parameters
     ----------
@@ -71,6 +105,10 @@ def as_dataset(result: Mapping[str, Any]) -> xr.Dataset:
             # Later tables may lack an entry; left to itself, joining them would sort the names.
             order = orders.setdefault(TABLES[key], list(value))
             variables[key] = _table(key, value).reindex({TABLES[key]: order})
+        elif key == SERIES:
+            variables |= {name: _series(name, runs) for name, runs in value.items()}
+        elif key == "time":
+            variables[key] = xr.DataArray(value, dims=key, attrs=_attributes(key))
         elif isinstance(value, Mapping):
             for inner, figure in value.items():
                 variables[f"{key}_{inner}"] = _variable(inner, figure)
@@ -87,6 +125,12 @@ def _attributes(key: str) -> dict[str, str]:
 def _variable(key: str, value: Any) -> xr.DataArray:
     dims = ("particles",) if isinstance(value, list) else ()
     return xr.DataArray(value, dims=dims, attrs=_attributes(key))
+
+
+def _series(key: str, runs: Mapping[str, Any]) -> xr.DataArray:
+    """Return a variable over runs and ``time``."""
+    values = np.array(list(runs.values()))
+    return xr.DataArray(values, {"run": list(runs)}, ("run", "time"), attrs=_attributes(key))
 
 
 def _table(key: str, table: Mapping[str, Any]) -> xr.DataArray:

@@ -16,7 +16,6 @@ from softslip.expansion import expand
 from softslip.geometry import FloatArray, Layout
 from softslip.packing import pack
 from softslip.parameters import Parameters
-from softslip.progress import Report
 from softslip.record import Observer
 from softslip.state import State
 from softslip.suspension import Evaluation
@@ -49,11 +48,11 @@ ASPECT, SIDE = 2.4, 1 / 128
 SHORTEST = 1 / 16
 """Shortest period along the flow [length unit]: three diameters of the larger particles."""
 
-Watch = Callable[[str], AbstractContextManager[Report]]
+Watch = Callable[[str], AbstractContextManager[shear.Progress]]
 """Called with the name of a run; gives what shows how far it has come."""
 
 
-def unwatched(_: str) -> AbstractContextManager[Report]:
+def unwatched(_: str) -> AbstractContextManager[shear.Progress]:
     """Show nothing of a run."""
     return nullcontext(lambda *_: None)
 
@@ -221,7 +220,7 @@ class Series:
 
 
 def recorded(
-    scene: scenes.Scene, edges: FloatArray, report: Report
+    scene: scenes.Scene, edges: FloatArray, report: shear.Progress
 ) -> tuple[dict[str, FloatArray], float]:
     """Advance a scene; return interval means and core-seconds per time unit.
 

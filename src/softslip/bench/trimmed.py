@@ -8,6 +8,7 @@ import numpy as np
 
 from softslip import shear, steric
 from softslip.bench import scenes
+from softslip.bench.mobility import difference
 from softslip.bench.trajectory import Series
 from softslip.chains import carry_back, lagrange_weights, refine
 from softslip.contacts import Contacts
@@ -181,11 +182,30 @@ class Trimmed:
         """Heights of the profile, shape (heights,) [length unit]."""
         return self._observer.heights
 
+    def otherwise(self) -> Suspension:
+        """Return the equations of motion with another split of the sums."""
+        return assembled(self.scene, self.solver(SHORTER_SPLIT))
+
     def sum_error(self) -> Rates:
         """Return how far the rates at the beginning change with the split of the sums."""
-        return relative_change(
-            self.measured(), self.measured(assembled(self.scene, self.solver(SHORTER_SPLIT)))
-        )
+        return relative_change(self.measured(), self.measured(self.otherwise()))
+
+    def field_error(self) -> Rates:
+        """Return what the rms error of the sums' velocities may do to a profile of them.
+
+        The slip velocity is a small difference of velocities as large as a wall's.
+        """
+        state, given = self.scene.state, self.evaluation
+        other = self.otherwise().evaluate(state)
+        found, reference = (state.like(each.rate).node_position for each in (other, given))
+        error = difference(found, reference)["rms_error"]
+        rates, walls = self.measured(), given.wall_velocity
+        speed = 0.5 * abs(float(walls[1] - walls[0]))
+        return {
+            "shear_rate_wall": error,
+            "shear_rate_bulk": error,
+            "slip_velocity": error * speed / abs(rates["slip_velocity"]),
+        }
 
 
 def run_of(scene: scenes.Scene, duration: float) -> Run:

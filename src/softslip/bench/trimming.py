@@ -42,8 +42,8 @@ FIELDS = 1.0
 """Velocity fields that a run without this trimming would work out [1 / time unit]."""
 
 BASES = {
-    "outer gap": "time step",
-    "1D profile": "sampling",
+    "outer gap": "time steps and sums",
+    "1D profile": "velocities",
     "2D fields": "sums",
     "contact points": "sums",
     "contact search": "sums",
@@ -101,11 +101,13 @@ def bench_trimming(
 
     The smaller outer gap changes the motion: both gaps are run over the same stretch from the
     same state, and the error beside the change is that of the time steps, from a run at
-    `FINER` times the tolerance. All others are compared at one instant. What the profile changes
-    stands beside the error of sampling the two-dimensional field (columns shifted by half their
-    distance), the rest beside that of the Ewald sums (another split of them). Trimmings of
-    contacts are measured where particles are apart, at the area fraction `DILUTE`. Costs are
-    least wall times of the work, or core-seconds of a run, times how often the run does it.
+    `FINER` times the tolerance, and of the Ewald sums, from another split of them. All others are
+    compared at one instant: the profile beside what the rms error of the sums' velocities may do
+    to rates, the rest beside the error of the rates. There γ̇_bulk follows from the forces alone,
+    which have no error, and γ̇_wall is that of the nodes, which the profile leaves as it is.
+    Trimmings of contacts are measured where particles are apart, at the area fraction `DILUTE`.
+    Costs are least wall times of the work, or core-seconds of a run, times how often the run
+    does it.
 
     Parameters
     ----------
@@ -208,12 +210,13 @@ def _outer_gap(dense: Trimmed, duration: float) -> Row:
         time_stepping={"tolerance": FINER * given.time_stepping.tolerance},
     )
     untrimmed, finer = (run_of(_same_state(scene, each), duration) for each in (wide, fine))
+    steps, sums = relative_change(dense.run.rates, finer.rates), dense.sum_error()
     return Row(
         trimmed=dense.run.core_seconds,
         untrimmed=untrimmed.core_seconds,
         whole=dense.run.core_seconds,
         change=relative_change(dense.run.rates, untrimmed.rates),
-        error=relative_change(dense.run.rates, finer.rates),
+        error={key: steps[key] + sums[key] for key in RATES},
     )
 
 
@@ -232,21 +235,20 @@ def _profile(dense: Trimmed, budget: float) -> Row:
         density = flow.force_density(evaluation.positions[:, 1], evaluation.forces[:, 0])
         return flow.velocity(density)[: heights.size]
 
-    def over_columns(offset: float = 0.0) -> FloatArray:
-        x = (np.arange(columns) + offset) * (scene.parameters.channel.length / columns)
+    def over_columns() -> FloatArray:
+        x = np.arange(columns) * (scene.parameters.channel.length / columns)
         points = np.stack(np.meshgrid(x, heights), axis=-1).reshape(-1, 2)
         field = scene.suspension.velocities_at(points, evaluation)
         profile: FloatArray = field[:, 0].reshape(heights.size, columns).mean(axis=1)
         return profile
 
     seconds = alternately({"lines": along_lines, "columns": over_columns}, budget)
-    averaged = dense.of_profile(over_columns())
     return Row(
         trimmed=dense.run.samples * seconds["lines"],
         untrimmed=dense.run.samples * seconds["columns"],
         whole=dense.run.core_seconds,
-        change=relative_change(dense.of_profile(along_lines()), averaged),
-        error=relative_change(dense.of_profile(over_columns(0.5)), averaged),
+        change=relative_change(dense.of_profile(along_lines()), dense.of_profile(over_columns())),
+        error=dense.field_error(),
     )
 
 
@@ -331,8 +333,8 @@ def _rigid(dense: Trimmed, budget: float) -> Row:
     once, every = dense.solver(), dense.solver(rigid=False)
     seconds = alternately(
         {
-            "once": lambda: once.velocities(positions, forces),
-            "every": lambda: every.velocities(positions, forces),
+            "once": lambda: once._near(positions, forces),
+            "every": lambda: every._near(positions, forces),
         },
         budget,
     )

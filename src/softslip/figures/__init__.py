@@ -8,7 +8,16 @@ from softslip.figures.benchmark import benchmark
 from softslip.figures.drawing import save_figure
 from softslip.figures.membranes import snapshot
 from softslip.figures.rheology import flow_curves
+from softslip.figures.trajectory import trajectory
 from softslip.figures.transient import creep
 from softslip.figures.velocity import profiles
 
-__all__ = ["benchmark", "creep", "flow_curves", "profiles", "save_figure", "snapshot"]
+__all__ = [
+    "benchmark",
+    "creep",
+    "flow_curves",
+    "profiles",
+    "save_figure",
+    "snapshot",
+    "trajectory",
+]

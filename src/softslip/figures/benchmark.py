@@ -4,6 +4,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
 from softslip.figures.drawing import COLOURS, WIDE, grid_of_panels, note, styled
 
@@ -25,14 +26,15 @@ def benchmark(scaling: xr.Dataset, *others: xr.Dataset) -> Figure:
     scaling
         Of `softslip bench scaling`.
     others
-        Of the other benchmarks, in any order; what is missing is left out.
+        Of the other benchmarks, in any order, each for any numbers of particles; what is missing
+        is left out.
     """
     figure, ((left, right),) = grid_of_panels(1, 2, width=WIDE, height=2.9)
     _draw_parts(left, scaling)
     _draw_ratios(right, others)
     for axes in (left, right):  # Between names there is nothing to mark.
         axes.tick_params(axis="x", which="both", bottom=False, top=False)
-    note(figure, *(_size(dataset) for dataset in others))
+    note(figure, *_sizes(others))
     return figure
 
 
@@ -56,22 +58,35 @@ def _draw_parts(axes: Axes, scaling: xr.Dataset) -> None:
 
 
 def _draw_ratios(axes: Axes, others: tuple[xr.Dataset, ...]) -> None:
-    """Draw a bar for each ratio."""
-    by_name = {dataset.attrs["bench"]: dataset for dataset in others}
-    shown = {
-        words: float(by_name[bench][name])
-        for (bench, name), words in BARS.items()
-        if bench in by_name
-    }
-    bars = axes.bar(list(shown), list(shown.values()), color=COLOURS[0], width=0.6)
-    axes.bar_label(bars, fmt="%.3g", padding=2)
-    if shown:
-        axes.set(yscale="log", ylim=(0.8, 3 * max(1.0, *shown.values())))
+    """Draw for each ratio a bar a number of particles."""
+    sizes = sorted({int(dataset["particles"]) for dataset in others})
+    ratios = [key for key in BARS if key[0] in {dataset.attrs["bench"] for dataset in others}]
+    width = 0.8 / max(len(sizes), 1)
+    for number, size in enumerate(sizes):
+        found = {
+            place: float(dataset[name])
+            for place, (bench, name) in enumerate(ratios)
+            for dataset in others
+            if dataset.attrs["bench"] == bench and int(dataset["particles"]) == size
+        }
+        places = np.array(list(found)) + (number - 0.5 * (len(sizes) - 1)) * width
+        colour = COLOURS[number % len(COLOURS)]
+        bars = axes.bar(places, list(found.values()), color=colour, width=width, label=str(size))
+        axes.bar_label(bars, fmt="%.3g", padding=2, fontsize=7.5)
+    if ratios:
+        largest = max(bar.get_height() for bar in axes.patches if isinstance(bar, Rectangle))
+        axes.set(yscale="log", ylim=(0.8, 8 * max(1.0, largest)))
+        axes.set_xticks(range(len(ratios)), [BARS[key] for key in ratios])
+        axes.legend(loc="upper left", title="particles $N$", ncols=len(sizes))
     axes.axhline(1.0, color="0.5", linewidth=0.7)
     axes.set(ylabel="cost of the paper's scheme, relative")
     axes.set_title("(b) the paper's scheme over this one")
 
 
-def _size(dataset: xr.Dataset) -> str:
-    attrs = dataset.attrs
-    return f"{attrs['bench']}: {int(dataset['particles'])} particles, {attrs['fidelity']}"
+def _sizes(others: tuple[xr.Dataset, ...]) -> list[str]:
+    """Return for each benchmark and level the numbers of particles, in words."""
+    found: dict[str, list[int]] = {}
+    for dataset in others:
+        name = f"{dataset.attrs['bench']} ({dataset.attrs['fidelity']})"
+        found.setdefault(name, []).append(int(dataset["particles"]))
+    return [f"{name}: N = {', '.join(map(str, sorted(counts)))}" for name, counts in found.items()]
