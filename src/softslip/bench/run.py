@@ -10,7 +10,7 @@ from softslip.parameters import Parameters
 FEWEST_STEPS = 5
 """Steps of the paper's scheme at least: the first few are still settling."""
 
-LEVEL_TIME = 2.0
+LEVEL_TIME = 20.0
 """Time over which the level's cost is taken: many of its long steps [time unit]."""
 
 
