@@ -11,6 +11,7 @@ from softslip.mobility.ewald import EwaldMobility
 from softslip.mobility.grid import GridMobility, regularisation_length
 from softslip.mobility.quadrature import CorrectedQuadrature
 from softslip.shear import mean_flow
+from softslip.state import State
 
 CLEARANCE = 4
 """Mesh lines from a wall within which its regularised force blurs the stress."""
@@ -544,3 +545,30 @@ def test_a_level_of_fidelity_carries_through_ageing_and_shear():
     first, last = run["area_deviation"].values[[0, -1]]
     assert first < 0.005
     assert last == pytest.approx(first * np.exp(-0.5), rel=0.2)
+
+
+@pytest.mark.parametrize("level", ["preview", "paper"])
+def test_a_level_taken_up_again_on_two_threads_is_the_same_run(level):
+    """Byte for byte, with lists of pairs that are as old as they happen to be."""
+    given = scenes.parameters(
+        fidelity=level,
+        hydrodynamics={"resolution": 8192},
+        rheometer={"stress": 0.5},
+        time_stepping={"step": 0.01},
+    )
+    packing = scenes.foam(given).rename(area="reference_area")
+    layout = shear.layout_of(packing, given)
+    start = State.at_rest(packing["node_position"].values, layout)
+    stops = np.array([0.2, 0.7])
+
+    def advanced(state, stops, threads):
+        suspension = shear.assemble(given, layout, stress=0.5, threads=threads)
+        return shear.advance(suspension, state, stops, given, nothing, nothing).state
+
+    whole = advanced(start, stops, 1)
+    pause = advanced(start, stops[:1], 1)
+    for threads in (1, 2):
+        again = advanced(pause, stops, threads)
+        assert again.vector.tobytes() == whole.vector.tobytes(), f"{threads} threads"
+        assert again.direction.tobytes() == whole.direction.tobytes()
+    assert whole.step > pause.step > 3
