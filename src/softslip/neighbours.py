@@ -199,7 +199,7 @@ def _mean_shear(
     return product / square if square > 0 else 0.0
 
 
-SKIN = 0.5
+SKIN = 0.35
 """Thickness of the Verlet skin over the contact range: balances rebuilding and listing."""
 
 

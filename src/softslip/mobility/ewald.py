@@ -42,7 +42,7 @@ from softslip.mobility.window import (
 from softslip.neighbours import VerletList, find_pairs
 from softslip.parameters import EWALD_REACH
 
-SKIN = 0.2
+SKIN = 0.1
 """Thickness of the Verlet skin over the reach of the near sum: balances rebuilding and listing."""
 
 TRANSFORM_COST = {1: 1.0, 5: 1.1, 25: 1.2, 3: 1.35, 15: 1.45, 9: 1.6}

@@ -1,26 +1,28 @@
-"""Time steppers: they advance a vector and know nothing of what it means.
+"""Runge-Kutta-Chebyshev of second order, with as many stages as the stiffness asks for.
 
-`euler` is the explicit scheme of the paper. `rkc2` is the Runge-Kutta-Chebyshev scheme of second
-order (Sommeijer, Shampine & Verwer 1998, J. Comput. Appl. Math. 88, 315): explicit, with a number
-of stages s that follows the stiffness, because its stable step grows as s² while its cost grows
-as s. It suits rates whose Jacobian has eigenvalues close to the negative real axis.
+Sommeijer, Shampine & Verwer 1998, J. Comput. Appl. Math. 88, 315: explicit, with a number of
+stages s that follows the stiffness, because its stable step grows as s² while its cost grows as s.
+It suits rates whose Jacobian has eigenvalues close to the negative real axis.
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Protocol
 
-import numba as nb
 import numpy as np
-from numpy.typing import NDArray
 
 from softslip.errors import NumericalError
-
-Vector = NDArray[np.float64]
-Rate = Callable[[Vector, float], Vector]
-"""dy/dt of (y, t). It leaves y alone and returns an array that it never writes to again."""
+from softslip.integrators.spectral import with_radius
+from softslip.integrators.stepping import (
+    Accuracy,
+    Memory,
+    Origin,
+    Rate,
+    Step,
+    Vector,
+    compiled,
+    landing,
+)
 
 DAMPING = 2.0 / 13.0
 """ε: all modes but the slow ones lose at least about ε/3 a step, for 2 % of the stable step."""
@@ -37,18 +39,6 @@ RADIUS_AGE = 25
 RADIUS_SAFETY = 1.2
 """Factor on the estimated spectral radius: a power iteration closes in on it from below."""
 
-RADIUS_CHANGE = 0.01
-"""Relative change between two power iterations at which the estimate is taken as converged.
-
-The change is far smaller than what is still missing where the spectrum is dense at its end.
-"""
-
-MOST_ITERATIONS = 50
-"""Power iterations of one estimate at most."""
-
-UNCONVERGED_SAFETY = 1.5
-"""Further factor, on the largest value seen, when the power iteration did not settle."""
-
 STEP_SAFETY = 0.8
 """Factor on the step that would just meet the tolerance, so that few trials are rejected."""
 
@@ -57,164 +47,6 @@ LEAST_FACTOR, MOST_FACTOR = 0.1, 5.0
 
 NON_FINITE_FACTOR = 0.25
 """Ratio of a step to the trial before it that left the finite numbers and has no error."""
-
-_SECOND_WEIGHT = 0.5  # of the first rate in the start of a power iteration
-_LANDING = 1e-9  # relative excess over the wanted step that is not worth another step
-
-_compiled = nb.njit(
-    cache=True, fastmath={"contract", "reassoc", "nsz", "arcp"}, error_model="numpy"
-)
-
-
-@dataclass(frozen=True)
-class Memory:
-    """What a stepper remembers from one step to the next.
-
-    Stored with the solution, it lets a run go on bit for bit.
-
-    Parameters
-    ----------
-    step
-        Δt that the next step would like.
-    radius
-        Estimated spectral radius of the Jacobian of the rate [1/time]; 0 before the first estimate.
-    age
-        Accepted steps since that estimate.
-    direction
-        Vector along which the rate changes fastest: where the next power iteration starts. Of size
-        0 before the first estimate, and always for `euler`.
-    """
-
-    step: float
-    radius: float
-    age: int
-    direction: Vector
-
-    @classmethod
-    def start(cls, step: float) -> "Memory":
-        """Return the memory of a run that has not begun and would like ``step`` first."""
-        return cls(step=step, radius=0.0, age=0, direction=np.empty(0))
-
-
-@dataclass(frozen=True)
-class Accuracy:
-    """How wrong one step may be.
-
-    Parameters
-    ----------
-    tolerance
-        Largest accepted local error of a step, in units of ``scale``.
-    scale
-        Size of each component that counts as one, positive; infinite for a component whose error
-        does not count.
-    """
-
-    tolerance: float
-    scale: Vector
-
-
-@dataclass(frozen=True)
-class Step:
-    """Result of one accepted step.
-
-    Parameters
-    ----------
-    vector
-        The new point.
-    time
-        Its time.
-    rate
-        The rate there.
-    memory
-        For the next step.
-    error
-        Accepted error estimate over the tolerance; 0 for `euler`.
-    stages
-        Stages of the accepted trial.
-    evaluations
-        Calls of the rate, rejected trials and power iterations included.
-    rejections
-        Trials that were rejected.
-    """
-
-    vector: Vector
-    time: float
-    rate: Vector
-    memory: Memory
-    error: float
-    stages: int
-    evaluations: int
-    rejections: int
-
-
-class Integrator(Protocol):
-    """One step of dy/dt = rate(y, t) from a known first rate."""
-
-    def __call__(
-        self,
-        rate: Rate,
-        vector: Vector,
-        time: float,
-        first_rate: Vector,
-        memory: Memory,
-        accuracy: Accuracy,
-        until: float,
-        largest: float,
-    ) -> Step:
-        """Advance by one step; no argument is modified.
-
-        The last call of ``rate`` before returning is at the returned point.
-
-        Parameters
-        ----------
-        rate
-            dy/dt of (y, t).
-        vector
-            y, shape (n,).
-        time
-            t.
-        first_rate
-            rate(vector, time), already evaluated.
-        memory
-            From the step before, or `Memory.start`.
-        accuracy
-            How wrong the step may be.
-        until
-            Later time that must not be stepped over, infinite for none. The steps up to it are
-            shortened evenly so that the last one lands on it exactly.
-        largest
-            Limit of the step, infinite for none; kept to a relative 1e-9.
-        """
-        ...
-
-
-def euler(
-    rate: Rate,
-    vector: Vector,
-    time: float,
-    first_rate: Vector,
-    memory: Memory,
-    accuracy: Accuracy,
-    until: float,
-    largest: float,
-) -> Step:
-    """Explicit Euler, first order: y + Δt rate(y, t) (Eq. 17), as `Integrator` describes.
-
-    The step is ``memory.step``, whatever ``accuracy`` and ``largest`` say, and what is not finite
-    is left for the caller to see.
-    """
-    dt, end = _landing(time, until, memory.step)
-    advanced = vector + dt * first_rate
-    return Step(
-        vector=advanced,
-        time=end,
-        rate=rate(advanced, end),
-        memory=memory,
-        error=0.0,
-        stages=1,
-        evaluations=1,
-        rejections=0,
-    )
 
 
 def rkc2(
@@ -241,12 +73,12 @@ def rkc2(
         were rejected, or if the step became too short to advance the time.
     """
     counted = _Counted(rate)
-    origin = _Origin(vector, time, first_rate)
+    origin = Origin(vector, time, first_rate)
     wish, fresh = memory.step, False
     if memory.direction.size == 0 or memory.age >= RADIUS_AGE:
-        memory, fresh = _estimated(counted, origin, memory, accuracy.scale), True
+        memory, fresh = with_radius(counted, origin, memory, accuracy.scale), True
     for rejections in range(MOST_REJECTIONS):
-        dt, end = _landing(time, until, min(wish, largest, _longest_stable(memory.radius)))
+        dt, end = landing(time, until, min(wish, largest, _longest_stable(memory.radius)))
         _check_advances(time, end, dt)
         stages = _stages(dt * memory.radius)
         trial = _attempt(counted, origin, dt, end, stages, accuracy)
@@ -267,15 +99,8 @@ def rkc2(
         if not fresh:
             if trial.error < math.inf:  # the mode that grew tells best where to look
                 memory = replace(memory, direction=trial.estimate)
-            memory, fresh = _estimated(counted, origin, memory, accuracy.scale), True
+            memory, fresh = with_radius(counted, origin, memory, accuracy.scale), True
     raise _exhausted(time, dt, trial) from trial.cause
-
-
-INTEGRATORS: dict[str, Integrator] = {"euler": euler, "rkc2": rkc2}
-"""Steppers by the name that `time_stepping.integrator` gives them."""
-
-
-# --- steps and stages -------------------------------------------------------------------------
 
 
 class _Counted:
@@ -291,15 +116,6 @@ class _Counted:
 
 
 @dataclass(frozen=True)
-class _Origin:
-    """Where a step starts."""
-
-    vector: Vector
-    time: float
-    rate: Vector
-
-
-@dataclass(frozen=True)
 class _Trial:
     """A step not yet accepted; its error is infinite if it left the finite numbers."""
 
@@ -308,17 +124,6 @@ class _Trial:
     estimate: Vector
     error: float
     cause: NumericalError | None = None
-
-
-def _landing(time: float, until: float, wanted: float) -> tuple[float, float]:
-    """Return Δt, at most about ``wanted``, that divides what is left to ``until``, and its end."""
-    if until == math.inf:
-        return wanted, time + wanted
-    count = math.ceil((until - time) / wanted * (1.0 - _LANDING))
-    if count <= 1:
-        return until - time, until
-    dt = (until - time) / count
-    return dt, time + dt
 
 
 def _reach(stages: int) -> float:
@@ -396,20 +201,6 @@ def _exhausted(time: float, dt: float, trial: _Trial) -> NumericalError:
     )
 
 
-def _no_rate(time: float) -> NumericalError:
-    """Say that no step, however short, can be taken."""
-    return NumericalError(
-        "step_size",
-        0,
-        0,
-        f"the rate is not finite at time {time:.6g} or right next to it, so that no step is short "
-        "enough; start again from an earlier record with a smaller time_stepping.tolerance",
-    )
-
-
-# --- the Chebyshev scheme ---------------------------------------------------------------------
-
-
 @dataclass(frozen=True)
 class _Stage:
     """Coefficients of Y_j = base Y_0 + last Y_{j-1} + older Y_{j-2} + Δt (rate F_{j-1} + ...)."""
@@ -450,7 +241,7 @@ def _scheme(stages: int) -> tuple[_Stage, ...]:
     return tuple(scheme)
 
 
-@_compiled
+@compiled
 def _combine(
     out: Vector,
     base: Vector,
@@ -470,7 +261,7 @@ def _combine(
     return spoilt == 0.0
 
 
-@_compiled
+@compiled
 def _estimate(
     out: Vector,
     dt: float,
@@ -496,7 +287,7 @@ def _estimate(
 
 
 def _attempt(
-    rate: Rate, origin: _Origin, dt: float, end: float, stages: int, accuracy: Accuracy
+    rate: Rate, origin: Origin, dt: float, end: float, stages: int, accuracy: Accuracy
 ) -> _Trial:
     """Try a step; the last call of ``rate`` is at its end."""
     try:
@@ -506,7 +297,7 @@ def _attempt(
 
 
 def _chebyshev(
-    rate: Rate, origin: _Origin, dt: float, end: float, stages: int, accuracy: Accuracy
+    rate: Rate, origin: Origin, dt: float, end: float, stages: int, accuracy: Accuracy
 ) -> _Trial:
     """Go through the stages; stop at one that is not finite before the rate sees it."""
     y0, f0 = origin.vector, origin.rate
@@ -524,86 +315,3 @@ def _chebyshev(
     estimate = older if older is not y0 else np.empty_like(y0)
     error = _estimate(estimate, dt, y0, last, f0, f, accuracy.scale) / accuracy.tolerance
     return _Trial(last, f, estimate, error)
-
-
-# --- the spectral radius ----------------------------------------------------------------------
-
-
-@_compiled
-def _norm(vector: Vector, scale: Vector) -> float:
-    """Root mean square of the components over their scale."""
-    total = 0.0
-    for i in range(vector.size):
-        total += (vector[i] / scale[i]) ** 2
-    return math.sqrt(total / vector.size)
-
-
-def _estimated(rate: Rate, origin: _Origin, memory: Memory, scale: Vector) -> Memory:
-    """Return the memory with the spectral radius estimated at the origin of the step."""
-    if not np.isfinite(origin.rate).all():
-        raise _no_rate(origin.time)
-    try:
-        radius, direction = _spectral_radius(rate, origin, _start(origin, memory, scale), scale)
-    except NumericalError as cause:
-        raise _no_rate(origin.time) from cause
-    return replace(memory, radius=radius, age=0, direction=direction)
-
-
-def _start(origin: _Origin, memory: Memory, scale: Vector) -> Vector:
-    """Direction in which a power iteration starts.
-
-    What is remembered, mixed with the first rate: a spot that has become stiff since the last
-    estimate is hardly in the old direction, but pushes hard now. The slow modes that come with it
-    are gone after one iteration. Their weights differ, so that they cannot cancel.
-    """
-    remembered = memory.direction if memory.direction.size else _rough(scale)
-    return _unit(remembered, scale) + _SECOND_WEIGHT * _unit(origin.rate, scale)
-
-
-def _unit(vector: Vector, scale: Vector) -> Vector:
-    """Return ``vector`` over its norm, or a copy if it has none."""
-    norm = _norm(vector, scale)
-    return vector / norm if norm > 0.0 else vector.copy()
-
-
-def _rough(scale: Vector) -> Vector:
-    """Return a fixed vector with all wavelengths in like amounts: a chirp, {φ i²} - 1/2."""
-    index = np.arange(1.0, scale.size + 1.0)
-    golden = 0.5 * (math.sqrt(5.0) - 1.0)
-    return np.asarray((golden * index**2 % 1.0 - 0.5) * np.where(np.isinf(scale), 0.0, scale))
-
-
-def _spectral_radius(
-    rate: Rate, origin: _Origin, start: Vector, scale: Vector
-) -> tuple[float, Vector]:
-    """Estimate the spectral radius of the Jacobian by a nonlinear power iteration.
-
-    The point is displaced along a direction by √u of its size (of the scale if that is larger),
-    u being the rounding unit; the change of the rate gives both the estimate and the next
-    direction. Sizes are root mean squares in units of the scale, whose convergence is smoother
-    than that of a largest component. A component of infinite scale is displaced like the others
-    but does not count in them. If the iteration does not settle, as for a pair of complex
-    eigenvalues, the largest value seen is taken with `UNCONVERGED_SAFETY`.
-
-    Returns
-    -------
-    radius, direction
-        0 if the rate does not change; the last direction, of unit size.
-    """
-    size = math.sqrt(np.finfo(np.float64).eps) * max(1.0, _norm(origin.vector, scale))
-    direction = _unit(start, scale)
-    radius = largest = 0.0
-    for _ in range(MOST_ITERATIONS):
-        displaced = rate(origin.vector + size * direction, origin.time)
-        with np.errstate(invalid="ignore", over="ignore"):  # the norm tells
-            change = (displaced - origin.rate) / size
-        before, radius = radius, _norm(change, scale)
-        if radius == 0.0:
-            return 0.0, direction
-        if not math.isfinite(radius):
-            raise _no_rate(origin.time)
-        direction = change / radius
-        if abs(radius - before) <= RADIUS_CHANGE * radius:
-            return radius, direction
-        largest = max(largest, radius)
-    return UNCONVERGED_SAFETY * largest, direction

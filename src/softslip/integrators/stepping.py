@@ -1,0 +1,190 @@
+"""What steppers take and give, and the explicit scheme of the paper."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numba as nb
+import numpy as np
+from numpy.typing import NDArray
+
+Vector = NDArray[np.float64]
+Rate = Callable[[Vector, float], Vector]
+"""dy/dt of (y, t). It leaves y alone and returns an array that it never writes to again."""
+
+_LANDING = 1e-9  # relative excess over the wanted step that is not worth another step
+
+compiled = nb.njit(cache=True, fastmath={"contract", "reassoc", "nsz", "arcp"}, error_model="numpy")
+"""How the loops of the steppers are compiled: with the freedoms that hide no NaN or Inf."""
+
+
+@dataclass(frozen=True)
+class Memory:
+    """What a stepper remembers from one step to the next.
+
+    Stored with the solution, it lets a run go on bit for bit.
+
+    Parameters
+    ----------
+    step
+        Δt that the next step would like.
+    radius
+        Estimated spectral radius of the Jacobian of the rate [1/time]; 0 before the first estimate.
+    age
+        Accepted steps since that estimate.
+    direction
+        Vector along which the rate changes fastest: where the next power iteration starts. Of size
+        0 before the first estimate, and always for `euler`.
+    """
+
+    step: float
+    radius: float
+    age: int
+    direction: Vector
+
+    @classmethod
+    def start(cls, step: float) -> "Memory":
+        """Return the memory of a run that has not begun and would like ``step`` first."""
+        return cls(step=step, radius=0.0, age=0, direction=np.empty(0))
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """How wrong one step may be.
+
+    Parameters
+    ----------
+    tolerance
+        Largest accepted local error of a step, in units of ``scale``.
+    scale
+        Size of each component that counts as one, positive; infinite for a component whose error
+        does not count.
+    """
+
+    tolerance: float
+    scale: Vector
+
+
+@dataclass(frozen=True)
+class Step:
+    """Result of one accepted step.
+
+    Parameters
+    ----------
+    vector
+        The new point.
+    time
+        Its time.
+    rate
+        The rate there.
+    memory
+        For the next step.
+    error
+        Accepted error estimate over the tolerance; 0 for `euler`.
+    stages
+        Stages of the accepted trial.
+    evaluations
+        Calls of the rate, rejected trials and power iterations included.
+    rejections
+        Trials that were rejected.
+    """
+
+    vector: Vector
+    time: float
+    rate: Vector
+    memory: Memory
+    error: float
+    stages: int
+    evaluations: int
+    rejections: int
+
+
+class Integrator(Protocol):
+    """One step of dy/dt = rate(y, t) from a known first rate."""
+
+    def __call__(
+        self,
+        rate: Rate,
+        vector: Vector,
+        time: float,
+        first_rate: Vector,
+        memory: Memory,
+        accuracy: Accuracy,
+        until: float,
+        largest: float,
+    ) -> Step:
+        """Advance by one step; no argument is modified.
+
+        The last call of ``rate`` before returning is at the returned point.
+
+        Parameters
+        ----------
+        rate
+            dy/dt of (y, t).
+        vector
+            y, shape (n,).
+        time
+            t.
+        first_rate
+            rate(vector, time), already evaluated.
+        memory
+            From the step before, or `Memory.start`.
+        accuracy
+            How wrong the step may be.
+        until
+            Later time that must not be stepped over, infinite for none. The steps up to it are
+            shortened evenly so that the last one lands on it exactly.
+        largest
+            Limit of the step, infinite for none; kept to a relative 1e-9.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where a step starts."""
+
+    vector: Vector
+    time: float
+    rate: Vector
+
+
+def landing(time: float, until: float, wanted: float) -> tuple[float, float]:
+    """Return Δt, at most about ``wanted``, that divides what is left to ``until``, and its end."""
+    if until == math.inf:
+        return wanted, time + wanted
+    count = math.ceil((until - time) / wanted * (1.0 - _LANDING))
+    if count <= 1:
+        return until - time, until
+    dt = (until - time) / count
+    return dt, time + dt
+
+
+def euler(
+    rate: Rate,
+    vector: Vector,
+    time: float,
+    first_rate: Vector,
+    memory: Memory,
+    accuracy: Accuracy,
+    until: float,
+    largest: float,
+) -> Step:
+    """Explicit Euler, first order: y + Δt rate(y, t) (Eq. 17), as `Integrator` describes.
+
+    The step is ``memory.step``, whatever ``accuracy`` and ``largest`` say, and what is not finite
+    is left for the caller to see.
+    """
+    dt, end = landing(time, until, memory.step)
+    advanced = vector + dt * first_rate
+    return Step(
+        vector=advanced,
+        time=end,
+        rate=rate(advanced, end),
+        memory=memory,
+        error=0.0,
+        stages=1,
+        evaluations=1,
+        rejections=0,
+    )
