@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from softslip.neighbours import find_pairs
-from softslip.parameters import REFERENCE_MESH_SIZE, REFERENCE_NODE_SPACING
+from softslip.sections import REFERENCE_MESH_SIZE, REFERENCE_NODE_SPACING
 from softslip.steric import add_contacts, contact_strength
 
 RANGE = 9 * REFERENCE_MESH_SIZE

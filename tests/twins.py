@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from softslip.parameters import REFERENCE_NODE_SPACING
+from softslip.sections import REFERENCE_NODE_SPACING
 
 
 def minimum_image(dx, length):

@@ -6,7 +6,7 @@ arXiv:1911.05392. Units are those of `softslip.parameters`.
 
 from dataclasses import dataclass
 
-from softslip.parameters import REFERENCE_MESH_SIZE
+from softslip.sections import REFERENCE_MESH_SIZE
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import numpy as np
 
 from softslip.geometry import FloatArray, IndexArray, IntArray
 from softslip.kernels import compiled, compiled_exactly
-from softslip.parameters import REFERENCE_NODE_SPACING
+from softslip.sections import REFERENCE_NODE_SPACING
 
 
 def contact_strength(energy: float, reading: Literal["energy", "density"]) -> float:
