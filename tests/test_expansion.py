@@ -135,7 +135,7 @@ def test_paper_puts_250_nodes_on_a_small_particle():
 
 
 def test_no_membrane_has_fewer_nodes_than_resolve_it():
-    coarse = crowd(hydrodynamics={"resolution": 256, "node_spacing": 4.0}, steric={"length": 0.02})
+    coarse = crowd(hydrodynamics={"resolution": 256, "node_spacing": 4.0}, steric={"length": 0.025})
     assert module.membrane_node_counts(coarse).min() == module.FEWEST_NODES
 
 

@@ -266,9 +266,9 @@ REFUSALS = {
         "use a smaller spacing",
     ),
     "nodes farther apart than contacts reach": (
-        {"hydrodynamics": {**CORRECTED, "node_spacing": 9.01}},
+        {"hydrodynamics": {**CORRECTED, "node_spacing": 6.31}},
         "hydrodynamics.node_spacing",
-        "9.01 is more than 9, steric.length",
+        "6.31 is more than 6.3, 0.7 steric.length",
         "use a smaller spacing",
     ),
     "split beyond the gap": (
@@ -279,7 +279,7 @@ REFUSALS = {
     ),
     "split that is chosen beyond the gap": (
         {
-            "hydrodynamics": {**CORRECTED, "node_spacing": 8.0},
+            "hydrodynamics": {**CORRECTED, "node_spacing": 6.0},
             "channel": {"length": 0.0625, "height": 0.1240234375, "outer_gap": 0.0009765625},
         },
         "hydrodynamics.split",
@@ -398,7 +398,7 @@ def test_a_path_that_names_no_parameter_is_refused(path: str, remedy: str) -> No
         {"node_spacing": 4.0},
         {"mobility": "ewald", "node_spacing": 2.5},
         {"mobility": "ewald", "node_spacing": 1.25, "regularisation": 0.5},
-        {**CORRECTED, "node_spacing": 9.0},
+        {**CORRECTED, "node_spacing": 6.3},
         {**CORRECTED, "node_spacing": 5.0, "regularisation": 0.05},
         {"mobility": "ewald", "split": 1.5},
         {"mobility": "ewald", "split": 42.81},

@@ -36,7 +36,7 @@ def _level(node_spacing: float, refinement: int, tolerance: float, longest: floa
 _CONVERGED = _level(2.0, 2, 1e-4, 0.1)
 
 LEVELS: Mapping[str, Settings] = {
-    "preview": _level(7.0, 3, 2e-2, 1.0),
+    "preview": _level(6.0, 3, 2e-2, 1.0),
     "standard": _level(5.0, 2, 1e-2, 1.0),
     "paper": _level(4.0, 2, 2e-3, 0.5),
     "converged": {
