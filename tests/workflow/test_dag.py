@@ -39,7 +39,7 @@ def test_stresses_share_packing_expansion_and_ageing(copy: Path) -> None:
     stages = {stage: found[stage] for stage in ("packing", "expansion", "ageing", "shear")}
     assert stages == {"packing": 2, "expansion": 2, "ageing": 2, "shear": 12}
     assert found["figure"] == 3
-    assert found["snapshot"] == 8
+    assert found["snapshot"] == 12
 
 
 def test_both_snakefiles_ask_for_the_same(copy: Path) -> None:
