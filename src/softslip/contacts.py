@@ -37,6 +37,8 @@ class Contacts:
         self._strength = steric.contact_strength(given.energy, given.reading)
         factor = given.refinement
         self._plain = factor == 1
+        # Of the points, their positions and forces: used again at every evaluation.
+        self._room = np.empty((2, factor * layout.nodes, 2))
         self._interpolation = lagrange_weights(factor)
         self._chains = layout.chains
         self._jump = np.zeros(layout.particles + 2)
@@ -66,8 +68,12 @@ class Contacts:
         starts, partners = self._list.pairs(positions)
         if not partners.size:
             return math.inf
-        points = self._points(positions, self._jump, self._list.touching)
-        on_points = forces if self._plain else np.zeros_like(points)
+        if self._plain:
+            points, on_points = positions, forces
+        else:
+            points, on_points = self._room
+            self._refine(positions, self._jump, self._list.touching, points)
+            on_points[:] = 0.0
         film = steric.add_contacts(
             points,
             self._weights,
@@ -108,5 +114,10 @@ class Contacts:
         if self._plain:
             return values
         points = np.empty((self._interpolation.shape[0] * len(values), 2))
-        refine(values, self._chains, jump, wanted, self._interpolation, points)
+        self._refine(values, jump, wanted, points)
         return points
+
+    def _refine(
+        self, values: FloatArray, jump: FloatArray, wanted: BoolArray, points: FloatArray
+    ) -> None:
+        refine(values, self._chains, jump, wanted, self._interpolation, points)
