@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from softslip.geometry import FloatArray, IntArray
-from softslip.kernels import compiled, inlined
+from softslip.kernels import compiled
 from softslip.neighbours import find_pairs
 
 CONTACT_EXPONENT = 4
@@ -197,7 +197,7 @@ def advance(
     return step, gap.min()
 
 
-@inlined
+@compiled
 def _add_tension(position: FloatArray, chains: Chains, force: FloatArray) -> None:
     """Add the membrane forces T τ of Eq. 5, with T = K_e (l / Δs - 1)."""
     for i in range(len(position)):
@@ -212,12 +212,12 @@ def _add_tension(position: FloatArray, chains: Chains, force: FloatArray) -> Non
         force[k, 1] -= T_over_l * dy
 
 
-@inlined
+@compiled
 def _pressure(h: float, around: Surroundings) -> float:
     return around.contact_pressure * ((around.contact_range / h) ** CONTACT_EXPONENT - 1.0)
 
 
-@inlined
+@compiled
 def _share(i: int, position: FloatArray, chains: Chains) -> float:
     """Return the length of membrane that belongs to a node: half of its two segments."""
     a, b = chains.following[i], chains.preceding[i]
@@ -226,7 +226,7 @@ def _share(i: int, position: FloatArray, chains: Chains) -> float:
     return 0.5 * (math.sqrt(ax * ax + ay * ay) + math.sqrt(bx * bx + by * by))
 
 
-@inlined
+@compiled
 def _add_walls(
     position: FloatArray, chains: Chains, around: Surroundings, force: FloatArray, gap: FloatArray
 ) -> None:
@@ -250,7 +250,7 @@ def _add_walls(
                 gap[i] = min(gap[i], h)
 
 
-@inlined
+@compiled
 def _add_contacts(
     position: FloatArray,
     chains: Chains,
@@ -294,7 +294,7 @@ def _add_contacts(
                 gap[i], gap[met], gap[k] = min(gap[i], h), min(gap[met], h), min(gap[k], h)
 
 
-@inlined
+@compiled
 def _move(
     p: int,
     position: FloatArray,

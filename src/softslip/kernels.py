@@ -26,19 +26,11 @@ compiled = nb.njit(
     nogil=True,
     fastmath={"contract", "reassoc", "nsz", "arcp"},
     error_model="numpy",
-)
-"""How every kernel is compiled: with the floating-point freedoms that hide no NaN or Inf, and free
-to run beside another."""
-
-inlined = nb.njit(
-    cache=True,
-    nogil=True,
-    fastmath={"contract", "reassoc", "nsz", "arcp"},
-    error_model="numpy",
     forceinline=True,
 )
-"""The same for what only other kernels call. Left to the compiler, a process that compiles and one
-that loads from the cache may each call another copy, optimised otherwise, of the same function."""
+"""How every kernel is compiled: with the floating-point freedoms that hide no NaN or Inf, free to
+run beside another, and into its callers. Left to the compiler, a process that compiles and one that
+loads from the cache may each call another copy, optimised otherwise, of the same function."""
 
 compiled_exactly = nb.njit(cache=True, nogil=True, error_model="numpy")
 """The same without those freedoms, for sums over lists with members that do not count: how many
