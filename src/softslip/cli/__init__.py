@@ -1,0 +1,25 @@
+"""The command line: one subcommand a stage, one an analysis, one a figure. No physics here.
+
+Commands import what they run when they run it: a stage that is started hundreds of times must not
+wait for the plotting libraries.
+"""
+
+import typer
+
+from softslip.cli import bench, draw, results, stages, validate
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    help="Wall slip and bulk yielding in soft particle suspensions.",
+)
+app.add_typer(stages.app)
+app.add_typer(results.app)
+app.add_typer(draw.app)
+app.add_typer(validate.app, name="validate")
+app.add_typer(bench.app, name="bench")
+
+
+def main() -> None:
+    """Run the command line."""
+    app()

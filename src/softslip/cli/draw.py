@@ -1,0 +1,65 @@
+"""`softslip draw`: a figure from datasets."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated
+
+import typer
+import xarray as xr
+
+from softslip.cli.common import Output, one_line_errors
+from softslip.errors import ConfigError
+from softslip.storage import read_dataset
+
+app = typer.Typer()
+
+ANY_MORE = "..."
+"""Stands for any number of further datasets of the kind before it."""
+
+FIGURES: Mapping[str, tuple[str, ...]] = {
+    "flow_curves": ("flow_curve", "fits"),
+    "creep": ("creep",),
+    "profiles": ("profiles",),
+    "snapshot": ("shear",),
+    "benchmark": ("bench/scaling", "bench", ANY_MORE),
+    "trajectory": ("bench/trajectory",),
+}
+"""Figures, and the datasets that each shows: their stage, or their stage and run."""
+
+FigureName = Annotated[str, typer.Argument(metavar="FIGURE", help=f"One of {', '.join(FIGURES)}.")]
+
+
+@app.command()
+@one_line_errors
+def draw(
+    figure: FigureName,
+    data: Annotated[list[Path], typer.Argument(help="Datasets that the figure shows.")],
+    output: Output,
+) -> None:
+    """Draw a figure from datasets."""
+    from softslip import figures
+
+    if figure not in FIGURES:
+        raise ConfigError("figure", figure, "is not a figure", f"use one of {', '.join(FIGURES)}")
+    datasets = _datasets(figure, data)
+    drawn = getattr(figures, figure)(*datasets)
+    figures.save_figure(drawn, output, {"title": figure, "run": datasets[0].attrs["run"]})
+
+
+def _datasets(figure: str, data: list[Path]) -> list[xr.Dataset]:
+    """Read what a figure shows, and refuse files of another kind or too few or many of them."""
+    kinds = list(FIGURES[figure])
+    if kinds[-1] == ANY_MORE:
+        kinds[-1:] = [kinds[-2]] * (len(data) - len(kinds) + 1)
+    if len(kinds) != len(data):
+        raise ConfigError(
+            "data",
+            f"{len(data)} files",
+            f"are not what {figure} shows",
+            f"give datasets of {', '.join(FIGURES[figure])}",
+        )
+    stages = [kind.partition("/")[::2] for kind in kinds]
+    return [
+        read_dataset(path, stage=stage, run=run or None)
+        for path, (stage, run) in zip(data, stages, strict=True)
+    ]

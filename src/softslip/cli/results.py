@@ -1,0 +1,96 @@
+"""From the files of runs to tables, fits and figures; what is in a scenario."""
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+import xarray as xr
+from rich.console import Console
+from rich.table import Table
+
+from softslip.cli.common import Output, Results, ScenarioName, one_line_errors
+from softslip.errors import ConfigError
+from softslip.reference import write_references
+from softslip.stages import STAGES
+from softslip.storage import read_dataset, write_dataset
+from softslip.sweep import Scenario, load_scenario
+
+app = typer.Typer()
+
+
+def _finished(
+    scenario: Scenario, results: Path | None
+) -> Iterator[tuple[dict[str, Any], xr.Dataset | None]]:
+    """Yield the swept values of each run and its records, or None where there are none yet."""
+    folder = results or Path("results") / scenario.name
+    for run in scenario.runs():
+        path = folder / "shear" / f"{run.ids['shear']}.nc"
+        records = read_dataset(path, stage="shear", run=run.ids["shear"]) if path.exists() else None
+        yield dict(run.coordinates), records
+
+
+TABLES = ("flow_curve", "creep", "profiles")
+"""Analyses that gather all runs of a scenario, by the name of their dataset."""
+
+TableName = Annotated[str, typer.Argument(metavar="TABLE", help=f"One of {', '.join(TABLES)}.")]
+
+
+@app.command()
+@one_line_errors
+def gather(
+    table: TableName, scenario: ScenarioName, output: Output, results: Results = None
+) -> None:
+    """Gather the finished runs of a scenario into one dataset."""
+    from softslip import observables
+
+    if table not in TABLES:
+        raise ConfigError("table", table, "is not an analysis", f"use one of {', '.join(TABLES)}")
+    loaded = load_scenario(scenario)
+    gathered = getattr(observables, table)(_finished(loaded, results))
+    write_dataset(gathered, output, stage=table, run=loaded.name, title=f"{table} of {loaded.name}")
+
+
+@app.command()
+@one_line_errors
+def fit(
+    flow_curve: Annotated[Path, typer.Argument(help="Dataset that `gather flow_curve` wrote.")],
+    output: Output,
+) -> None:
+    """Fit the flow law and the slip laws to a flow curve, and say which could be fitted."""
+    from softslip import fits
+
+    curve = read_dataset(flow_curve, stage="flow_curve")
+    laws = fits.fit_laws(curve)
+    run = curve.attrs["run"]
+    write_dataset(laws, output, stage="fits", run=run, title=f"fits of {run}")
+    print(fits.summary(laws))
+
+
+@app.command()
+@one_line_errors
+def runs(scenario: ScenarioName, results: Results = None) -> None:
+    """List the runs of a scenario with the IDs of their stages; finished ones are ticked."""
+    loaded = load_scenario(scenario)
+    folder = results or Path("results") / loaded.name
+    table = Table(title=f"{loaded.name}: {loaded.description}")
+    for axis in loaded.axes:
+        table.add_column(axis.label)
+    for stage in STAGES:
+        table.add_column(stage, no_wrap=True)
+    for run in loaded.runs():
+        values = [str(run.coordinates[axis.label]) for axis in loaded.axes]
+        files = {stage: folder / stage / f"{run.ids[stage]}.nc" for stage in STAGES}
+        table.add_row(
+            *values, *(f"{run.ids[s]} {'✓' if files[s].exists() else ' '}" for s in STAGES)
+        )
+    Console(width=None if sys.stdout.isatty() else 160).print(table)
+
+
+@app.command()
+@one_line_errors
+def schema() -> None:
+    """Write config/schema.json, config/defaults.yaml and the table in config/README.md anew."""
+    for path in write_references(Path("config")):
+        print(path)
