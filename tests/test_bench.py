@@ -29,8 +29,10 @@ from softslip.bench import (
     trajectory,
     trimmed,
     trimming,
+    trimming_contacts,
 )
 from softslip.cli import app
+from softslip.contacts import Contacts
 from softslip.errors import ConfigError, SoftslipError
 from softslip.expansion import membrane_node_counts
 from softslip.geometry import particle_radii
@@ -438,12 +440,10 @@ def test_what_is_saved_is_a_share_of_the_run_that_does_it_all(results):
 @pytest.mark.parametrize("keep", [True, False])
 def test_contacts_without_trimmings_are_the_same_contacts(flowing, keep):
     """Particles are pressed against each other here, so that there are forces to compare."""
-    searching = trimmed.Searching(flowing.parameters, flowing.layout, keep=keep)
+    searching = trimming_contacts.Searching(flowing.parameters, flowing.layout, keep=keep)
     positions = flowing.suspension.positions(flowing.state)
     solver = scenes.plain_sum(flowing.parameters, flowing.layout)
-    product = trimming.Contacts(
-        flowing.parameters, flowing.layout, (solver.near_pairs, solver.reach)
-    )
+    product = Contacts(flowing.parameters, flowing.layout, (solver.near_pairs, solver.reach))
     films, forces = [], []
     for contacts in (product, searching):
         forces.append(np.zeros_like(positions))

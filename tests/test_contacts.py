@@ -5,8 +5,9 @@ import twins
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from softslip import contacts as module
 from softslip import steric
-from softslip.contacts import Contacts
+from softslip.contacts import Contacts, NoContacts, contacts_between
 from softslip.geometry import Layout
 from softslip.neighbours import find_pairs
 
@@ -121,6 +122,26 @@ def test_contacts_exert_no_net_force(refinement, seed):
     forces, _ = pushed(given, positions, layout)
     total = np.abs(forces.sum(axis=0)).max() / np.abs(forces).sum()
     assert total <= 1e-14 * np.sqrt(forces.size), f"net force {total:.1e}"
+
+
+@refinements
+@given(seed=seeds)
+def test_contacts_exert_no_torque(refinement, seed):
+    """Two membranes that press on each other far from walls and from the ends of the period."""
+    given = parameters(refinement)
+    tilt, apart = scenes.generator(seed).uniform((-0.5, 0.7), (0.5, 0.9))
+    middle = 0.5 * np.array([given.channel.length, given.channel.height])
+    arm = (0.008 + 0.5 * apart * RANGE) * np.array([np.cos(tilt), np.sin(tilt)])
+    rings = [scenes.ellipse(middle + side * arm, (0.008, 0.011), 150, tilt) for side in (-1, 1)]
+    layout = scenes.layout_of_rings(rings, given)
+    positions = np.concatenate((*rings, layout.wall_reference.reshape(-1, 2)))
+    forces, film = pushed(given, positions, layout)
+    assert film < RANGE
+    arms = positions - middle
+    torque = arms[:, 0] * forces[:, 1] - arms[:, 1] * forces[:, 0]
+    # Small beside the moments of the forces on one of the two, which cancel those on the other.
+    error = abs(torque.sum()) / np.sum(np.abs(arms[:, :1] * forces) + np.abs(arms[:, 1:] * forces))
+    assert error <= 1e-14, f"torque {error:.1e}"
 
 
 @refinements
@@ -242,3 +263,61 @@ def test_closing_rate_does_not_see_a_common_velocity(refinement, seed, speed):
     assert abs(carried - still) <= 1e-13 / RANGE
     together = contacts.closing_rate(positions, np.full_like(positions, speed))
     assert together <= 1e-13 / RANGE
+
+
+def apart(given):
+    """Two particles far from each other and from the walls."""
+    middle = 0.5 * given.channel.height
+    rings = [scenes.ellipse((x, middle), (0.008, 0.006), 60) for x in (0.02, 0.05)]
+    layout = scenes.layout_of_rings(rings, given)
+    return np.concatenate((*rings, layout.wall_reference.reshape(-1, 2))), layout
+
+
+@refinements
+def test_where_nothing_touches_no_point_is_placed_and_no_force_summed(refinement, monkeypatch):
+    given = parameters(refinement)
+    positions, layout = apart(given)
+    contacts = Contacts(given, layout)
+    # Searching places the points once; then the empty list holds while they stay apart.
+    assert contacts.listed(positions) == 0
+
+    def fail(*_):
+        raise AssertionError("superfluous work")
+
+    for place, name in (
+        (module, "refine"),
+        (module, "carry_back"),
+        (steric, "add_contacts"),
+        (steric, "closing_rate"),
+    ):
+        monkeypatch.setattr(place, name, fail)
+    forces = np.zeros_like(positions)
+    for shift in (0.0, 0.1 * RANGE, -0.1 * RANGE):
+        moved = positions + np.array([0.0, shift])
+        assert contacts.add_forces(moved, forces) == np.inf
+        assert contacts.closing_rate(moved, -positions) == 0.0
+    assert not forces.any()
+
+
+@refinements
+@pytest.mark.parametrize("roughness", [0.0, 0.59])
+def test_walls_alone_have_no_contacts_as_a_search_would_find(refinement, roughness):
+    given = parameters(refinement, roughness=roughness)
+    layout = scenes.layout_of_rings([], given)
+    positions = layout.wall_reference.reshape(-1, 2)
+    absent, searched = contacts_between(given, layout), Contacts(given, layout)
+    assert isinstance(absent, NoContacts)
+    for contacts in (absent, searched):
+        forces = np.zeros_like(positions)
+        assert contacts.add_forces(positions, forces) == np.inf
+        assert not forces.any()
+        assert contacts.closing_rate(positions, positions) == 0.0
+        assert contacts.listed(positions) == 0
+
+
+def test_particles_have_contacts():
+    given = parameters()
+    positions, layout = crowd(given)
+    contacts = contacts_between(given, layout)
+    assert type(contacts) is Contacts
+    assert contacts.listed(positions) > 50

@@ -50,15 +50,52 @@ def test_a_healthy_state_passes(scene):
     check(*scene, film=np.inf)
 
 
+ARRAYS = ["node_position", "tether", "wall_displacement", "wall_speed"]
+
+
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
-@pytest.mark.parametrize("name", ["node_position", "tether", "wall_displacement", "wall_speed"])
-def test_every_array_must_be_finite(scene, name, value):
+@pytest.mark.parametrize("name", ARRAYS)
+@pytest.mark.parametrize("place", [1, -1])
+def test_every_array_must_be_finite(scene, name, value, place):
     state, layout = scene
-    getattr(state, name).flat[1] = value
+    array = getattr(state, name)
+    array.flat[place] = value
     error = refused(state, layout)
-    index = {"node_position": 1, "tether": 2 * state.particle_nodes + 1}
-    index |= {"wall_displacement": state.vector.size - 3, "wall_speed": state.vector.size - 1}
-    assert (error.field, error.index) == ("state", index[name])
+    row = np.arange(array.size)[place] // (1 if array.ndim == 1 else 2)
+    assert (error.field, error.index) == (name, row)
+
+
+def test_a_component_is_found_in_the_array_that_it_belongs_to(scene):
+    state, _ = scene
+    for name in ARRAYS:
+        array = getattr(state, name)
+        array[...] = 0.0
+        for place in (0, array.size - 1):
+            array.flat[place] = 1.0
+            index = int(np.flatnonzero(state.vector == 1.0)[0])
+            array.flat[place] = 0.0
+            expected = place // (1 if array.ndim == 1 else 2)
+            state.vector[state.vector == 1.0] = 0.0
+            assert health.located(state, index) == (name, expected)
+    with pytest.raises(IndexError, match="has none"):
+        health.located(state, state.vector.size)
+
+
+def test_an_error_about_a_vector_is_told_about_the_array(scene):
+    state, _ = scene
+    error = health.named(NumericalError("state", 2 * 50 + 1, 0, "stiff"), state)
+    assert (error.field, error.index, error.step) == ("node_position", 50, 37)
+    error = health.named(NumericalError("step_size", 3, 0, "short"), state)
+    assert (error.field, error.index, error.step, error.message) == ("step_size", 3, 37, "short")
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_every_force_must_be_finite(value):
+    forces = np.ones((9, 2))
+    health.check_forces(forces, 3)
+    forces[6, 1] = value
+    with pytest.raises(NumericalError, match=r"force\[6\] at step 3: is not finite.*node_spacing"):
+        health.check_forces(forces, 3)
 
 
 @pytest.mark.parametrize("height", [-1e-9, HEIGHT + 1e-9])
@@ -186,3 +223,126 @@ def test_a_time_step_too_long_ends_in_an_error_that_says_so(foam):
     suspension, state = scenes.of_foam(foam, given)
     with pytest.raises(NumericalError, match=r"time_stepping\.step"):
         shear.advance(suspension, state, np.array([20.0]), given, nothing, nothing)
+
+
+def test_no_film_may_be_thinner_than_what_forces_are_spread_over(scene):
+    state, layout = scene
+    limits = {"order": 2, "height": HEIGHT, "contact_range": RANGE, "regularisation": RANGE}
+    sheets = 2 / np.sqrt(np.pi) * RANGE
+    health.check_state(state, layout, 1.01 * sheets, **limits)
+    with pytest.raises(NumericalError, match=r"film_thickness\[0\] at step 37: .*regularisation"):
+        health.check_state(state, layout, 0.99 * sheets, **limits)
+
+
+def test_the_printed_control_may_not_run_away_from_the_walls():
+    wall = np.array([-0.2, 0.1])
+    health.check_control(np.zeros(2), wall, 4)
+    health.check_control(wall * [1.4, 0.6], wall, 4)
+    with pytest.raises(NumericalError, match=r"wall_speed\[1\] at step 4: .*control 'exact'"):
+        health.check_control(wall * [1.4, 1.6], wall, 4)
+    with pytest.raises(NumericalError, match=r"wall_speed\[0\]"):
+        health.check_control(-wall, wall, 4)
+
+
+@pytest.mark.parametrize("integrator", ["euler", "rkc2"])
+def test_a_run_under_the_printed_control_stops_before_it_means_nothing(foam, integrator):
+    # Short steps, or Euler would refuse what grows fast as well as what decays fast.
+    stepping = {"integrator": integrator, "step": 5e-4}
+    given = scenes.parameters(
+        rheometer={"control": "printed", "stress": 0.3}, time_stepping=stepping
+    )
+    suspension, state = scenes.of_foam(foam, given)
+    stress = []
+
+    def look(state, evaluation):
+        stress.append(evaluation.stress)
+
+    with pytest.raises(NumericalError, match=r"wall_speed\[\d\].*rheometer\.control 'exact'"):
+        shear.advance(suspension, suspension.load(state), np.array([0.2]), given, look, nothing)
+    assert stress == pytest.approx(np.full(len(stress), 0.3), rel=0.01)
+
+
+def test_refused_trials_end_a_run_when_they_outnumber_the_steps():
+    refused = health.Rejections()
+    for step in range(500):
+        refused.add(step % 2, step)
+    for step in range(500, 500 + health.REJECTION_STEPS // 4):
+        refused.add(2, step)
+    with pytest.raises(NumericalError, match=r"step_size\[0\] at step 700: .*node_spacing"):
+        refused.add(health.REJECTION_STEPS, 700)
+
+
+def test_a_few_refused_trials_at_the_start_end_nothing():
+    refused = health.Rejections()
+    refused.add(11, 0)
+    for step in range(1, 200):
+        refused.add(0, step)
+
+
+class Faulty:
+    """A suspension whose evaluations are spoilt from some number on."""
+
+    def __init__(self, suspension, spoil, first):
+        self._suspension, self._spoil, self._first = suspension, spoil, first
+        self._count = 0
+
+    def __getattr__(self, name):
+        return getattr(self._suspension, name)
+
+    def evaluate(self, state):
+        self._count += 1
+        evaluation = self._suspension.evaluate(state)
+        return self._spoil(evaluation) if self._count >= self._first else evaluation
+
+
+def lost_force(evaluation):
+    forces = evaluation.forces.copy()
+    forces[7, 0] = np.inf
+    return replace(evaluation, forces=forces)
+
+
+def no_film(evaluation):
+    return replace(evaluation, film_thickness=1e-9)
+
+
+def crossed(evaluation):
+    positions = evaluation.positions.copy()
+    positions[[20, 21]] = positions[[21, 20]]
+    return replace(evaluation, positions=positions)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "field"),
+    [(lost_force, "force[7]"), (no_film, "film_thickness[0]"), (crossed, "node_position")],
+)
+def test_a_run_stops_at_the_step_of_a_fault_in_its_evaluation(foam, smooth, spoil, field):
+    suspension, state = scenes.of_foam(foam, smooth)
+    seen = []
+    with pytest.raises(NumericalError) as caught:
+        shear.advance(
+            Faulty(suspension, spoil, 40),
+            state,
+            np.array([0.2]),
+            smooth,
+            lambda state, _: seen.append(state.step),
+            nothing,
+        )
+    assert field in str(caught.value)
+    assert caught.value.step == seen[-1] + 1 > 10
+
+
+@pytest.mark.parametrize("ratio", [0.8, 1.3])
+def test_a_run_of_euler_steps_begins_only_below_its_limit(foam, ratio):
+    stiff = {"rheometer": {"stress": 0.0}, "wall": {"stiffness": 2e6}}
+    given = scenes.parameters(**stiff, time_stepping={"step": 1e-4})
+    suspension, state = scenes.of_foam(foam, given)
+    done = shear.advance(suspension, state, np.array([1e-4]), given, nothing, nothing)
+    step = ratio * 2 / done.state.spectral_radius
+    given = scenes.parameters(**stiff, time_stepping={"step": step})
+    suspension, state = scenes.of_foam(foam, given)
+    if ratio < 1:
+        shear.advance(suspension, state, 5 * np.array([step]), given, nothing, nothing)
+        return
+    # The walls' tethers are the stiffest here, and the error says so.
+    with pytest.raises(NumericalError, match=r"tether\[\d+\] at step 0: .*time_stepping.step"):
+        shear.advance(suspension, state, 5 * np.array([step]), given, nothing, nothing)

@@ -148,6 +148,20 @@ def test_whole_periods_along_the_flow_change_nothing(seed, periods):
     assert difference < 1e-12 * root_mean_square(here)
 
 
+@settings(max_examples=15)
+@given(st.integers(0, 2**31), st.floats(-3, 3), st.floats(-0.17, 0.17))
+def test_translations_change_little(seed, along, across):
+    """Wherever the nodes lie between the lines of the far mesh."""
+    positions, forces = cloud(seed)
+    positions[:, 1] = 0.5 * (positions[:, 1] + 0.5 * BOX.height)  # Room to stay in the channel.
+    mobility = EwaldMobility(BOX, EPSILON, 1.0, SPLIT)
+    here = mobility.velocities(positions, forces)
+    there = mobility.velocities(positions + np.array([along, across]), forces)
+    difference = root_mean_square(there - here) / root_mean_square(here)
+    # Each sum may be off by 3e-4, as below.
+    assert difference < 6e-4, f"differ by {difference:.1e}"
+
+
 @settings(max_examples=10)
 @given(st.integers(0, 2**31), st.sampled_from([0.6, 0.3, 0.03, 0.003]))
 def test_split_does_not_matter_down_to_vanishing_regularisation(seed, ratio):

@@ -5,13 +5,13 @@ import sys
 import numpy as np
 import pytest
 import scenes
-from exact_solutions import ShearWave, Vortices
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from twins import evaluate_kernel
 
 from softslip.geometry import Box
 from softslip.mobility.grid import GridMobility, laplacian_symbol
+from softslip.validation.solutions import ShearWave, Vortices
 
 BOX = Box(length=0.375, height=0.375, outer_gap=0.125)
 RESOLUTION = 64

@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 import scenes
-from exact_solutions import ShearWave
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -9,6 +8,7 @@ from softslip.geometry import Box
 from softslip.mobility.grid import GridMobility
 from softslip.mobility.outside import StillOutside
 from softslip.mobility.profile import MeanFlow
+from softslip.validation.solutions import ShearWave
 
 BOX = Box(length=0.25, height=0.375, outer_gap=0.125)
 RESOLUTION, VISCOSITY = 64, 1.3

@@ -6,11 +6,12 @@ import scenes
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
-from scipy.special import exp1
 
 from softslip.geometry import Box, Layout
 from softslip.mobility.ewald import EwaldMobility
 from softslip.mobility.quadrature import WIDEST, CorrectedQuadrature, missed
+from softslip.validation.quadrature import Quadrature
+from softslip.validation.unbounded import Unbounded
 
 DX = 1 / 8192
 VISCOSITY = 1.3
@@ -68,31 +69,6 @@ def test_what_is_missed_is_a_logarithm_where_the_force_is_a_point():
     assert np.subtract(finer, fine) == pytest.approx([math.log(10)] * 2, abs=4 * np.pi / 1e4)
 
 
-class Unbounded:
-    """The regularised sum in unbounded fluid by closed forms, pair by pair: no mesh, no split.
-
-    2πη T_r = (1 - ln r)/2 - [s (1 - e^{-c/s}) + c E₁(c/s)]/r², s = ε², c = r²/4, and incompressible
-    flow, T_t = d(r T_r)/dr, gives 2πη (T_r + T_t) = 1/2 - ln r - E₁(c/s)/2. Forces must balance.
-    """
-
-    def __init__(self, regularisation):
-        self.regularisation = regularisation
-
-    def velocities(self, positions, forces):
-        return self.velocities_at(positions, positions, forces)
-
-    def velocities_at(self, points, positions, forces):
-        arm = points[:, None] - positions
-        squared = np.maximum(np.sum(arm**2, axis=-1), 1e-12 * self.regularisation**2)
-        s, c = self.regularisation**2, 0.25 * squared
-        e1, log = exp1(c / s), 0.5 * np.log(squared)
-        radial = 0.5 * (1 - log) - (-s * np.expm1(-c / s) + c * e1) / squared
-        tangential = 0.5 - log - 0.5 * e1 - radial
-        along = (radial - tangential) / squared * np.einsum("ija,ja->ij", arm, forces)
-        result = tangential @ forces + np.einsum("ij,ija->ia", along, arm)
-        return result / (2 * np.pi * VISCOSITY)
-
-
 class Nothing:
     """A mobility of zero, which leaves the correction alone."""
 
@@ -104,27 +80,8 @@ class Nothing:
 
 
 def membranes(counts, stretch):
-    """Nodes of two ellipses a film apart, and balanced forces, smooth along them.
-
-    The nodes are equally spaced in a material coordinate whose distance on the curve varies by
-    (1 + stretch)/(1 - stretch), apart from what the ellipse itself does.
-    """
-    nodes, forces = [], []
-    shapes = [((0.0095, 0.0075), 0.3, -1.0), ((0.008, 0.009), -0.4, 1.0)]
-    for count, (axes, tilt, side) in zip(counts, shapes, strict=True):
-        t = 2 * np.pi * np.arange(count) / count
-        angle = t + stretch * np.sin(t + side)
-        x, y = axes[0] * np.cos(angle), axes[1] * np.sin(angle)
-        c, s = math.cos(tilt), math.sin(tilt)
-        half_width = math.hypot(axes[0] * c, axes[1] * s)
-        centre = side * (half_width + 0.5 * FILM)
-        nodes.append(np.column_stack((c * x - s * y + centre, s * x + c * y)))
-        random = scenes.generator(7, int(side > 0))
-        waves = np.exp(1j * np.outer(t, np.arange(1, 5)))
-        modes = random.standard_normal((4, 2)) + 1j * random.standard_normal((4, 2))
-        density = (waves @ modes).real
-        forces.append(density * (2 * np.pi / count))
-    return nodes, np.concatenate(forces)
+    """Nodes of two ellipses a film apart, and balanced forces, smooth along them."""
+    return Quadrature(stretch=stretch).membranes(counts)
 
 
 def corrected(mobility, nodes, regularisation):
@@ -156,7 +113,7 @@ def errors(spacing, regularisation, stretch):
     fine_nodes, fine_forces = membranes([finer * count for count in counts], stretch)
     here, forces = with_walls(nodes, forces)
     count = sum(counts)
-    direct = Unbounded(regularisation)
+    direct = Unbounded(regularisation, VISCOSITY)
     wanted = direct.velocities_at(here[:count], np.concatenate(fine_nodes), fine_forces)
     found = (
         direct.velocities(here, forces),

@@ -6,8 +6,10 @@ from hypothesis import strategies as st
 
 from softslip import shear
 from softslip.geometry import LOWER, UPPER
+from softslip.mobility.profile import MeanFlow
 from softslip.record import Observer, Recorder, interval_edges
 from softslip.shear import mean_flow
+from softslip.suspension import Suspension
 
 
 @given(st.integers(0, 20000), st.integers(1, 200), st.integers(1, 5000))
@@ -281,3 +283,63 @@ def test_recorded_stress_is_the_imposed_one_and_the_same_at_every_height(sheared
     assert sheared["stress"].values == pytest.approx(0.5, rel=1e-12)
     worst = float(sheared["stress_deviation"].max())
     assert worst <= 1e-12 * 0.5 * 256, f"deviates by {worst:.1e}"
+
+
+def forbid(monkeypatch, *places):
+    """Make functions fail where they are called."""
+    for place, name in places:
+
+        def fail(*given, name=name, **named):
+            raise AssertionError(f"{name} was called")
+
+        monkeypatch.setattr(place, name, fail)
+
+
+def test_a_run_without_snapshots_or_a_bulk_works_out_no_field_and_fits_no_line(aged, monkeypatch):
+    """What is recorded besides is the same, to the last bit."""
+    drive = {"rheometer": {"stress": 0.5}}
+    full = scenes.parameters(**drive, recording={"snapshots": [0.0, 0.1], "bulk_margin": 3.0})
+    bare = scenes.parameters(**drive, recording={"bulk_margin": None})
+    recorded = shear.shear(aged, full)
+    forbid(monkeypatch, (Suspension, "velocities_at"), (Recorder, "_snapshot"), (np, "polyfit"))
+    fields = scenes.parameters(**drive, recording={"snapshots": [0.0], "bulk_margin": None})
+    for asked, work in ((full, "polyfit"), (fields, "_snapshot")):
+        with pytest.raises(AssertionError, match=f"{work} was called"):
+            shear.shear(aged, asked)
+    without = shear.shear(aged, bare)
+    shots = {"velocity", "node_position", "snapshot_time"}
+    bulk = {"shear_rate_bulk", "slip_velocity", "slip_velocity_wall"}
+    assert set(recorded.data_vars) - set(without.data_vars) == shots | bulk
+    for name in without.data_vars:
+        assert without[name].values.tobytes() == recorded[name].values.tobytes(), name
+
+
+def test_ageing_measures_nothing_but_its_end(foam, monkeypatch):
+    seen = []
+    measure = Observer.measure
+
+    def spy(self, state, evaluation):
+        seen.append(state.time)
+        return measure(self, state, evaluation)
+
+    monkeypatch.setattr(Observer, "measure", spy)
+    given = scenes.parameters(time_stepping={"ageing_time": 0.02})
+    shear.age(foam, given)
+    assert seen == pytest.approx([0.02])
+
+
+def test_without_particles_no_body_carries_stress(monkeypatch):
+    """Leaving it out is leaving out an exact zero."""
+    given = scenes.empty(rheometer={"stress": 0.3})
+    suspension, state = scenes.of_rings([], given)
+    evaluation = suspension.evaluate(state)
+    flow = mean_flow(given)
+    density = flow.force_density(evaluation.positions[:, 1], evaluation.body_forces[:, 0])
+    assert not flow.carried_stress(density).any()
+    forbid(monkeypatch, (MeanFlow, "carried_stress"))
+    values = Observer(given, suspension.layout, flow).measure(state, evaluation)
+    viscous = flow.viscous_stress(
+        flow.velocity(flow.force_density(evaluation.positions[:, 1], evaluation.forces[:, 0]))
+    )
+    clear = (flow.heights > 0.02) & (flow.heights < given.channel.height - 0.02)
+    assert np.abs(viscous[clear] - 0.3).max() <= values["stress_deviation"] <= 1e-13

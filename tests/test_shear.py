@@ -6,6 +6,7 @@ import twins
 from softslip import shear
 from softslip.errors import NumericalError
 from softslip.geometry import WallContour
+from softslip.integrators import spectral
 from softslip.membrane import ORDERS, membrane_areas, wrap_particles
 from softslip.mobility.ewald import EwaldMobility
 from softslip.mobility.grid import GridMobility, regularisation_length
@@ -44,9 +45,22 @@ def carried_by_planes(suspension, given, positions, heights):
     return stress
 
 
+def mean_velocity(suspension, given, evaluation, heights):
+    """x-averages of the velocity along x: of the mesh by its own equation, of a sum by points."""
+    if given.hydrodynamics.mobility == "grid":
+        flow = mean_flow(given)
+        density = flow.force_density(evaluation.positions[:, 1], evaluation.forces[:, 0])
+        return np.interp(heights, flow.heights, flow.velocity(density))
+    x = np.arange(256) * given.channel.length / 256  # As far apart as mesh lines.
+    points = np.stack(np.meshgrid(x, heights), axis=-1).reshape(-1, 2)
+    velocities = suspension.velocities_at(points, evaluation)[:, 0]
+    return velocities.reshape(len(heights), -1).mean(axis=1)
+
+
+@pytest.mark.parametrize("mobility", ["grid", "ewald"])
 @pytest.mark.parametrize("outside", ["still", "periodic"])
 @pytest.mark.parametrize("roughness", [0.0, 0.59])
-def test_shear_stress_is_the_imposed_one_at_every_height(roughness, outside):
+def test_shear_stress_is_the_imposed_one_at_every_height(roughness, outside, mobility):
     """Viscous stress of the fluid plus elastic stress by the method of planes, within 2 %.
 
     Means over windows of 12 mesh lines, a third of a particle's radius: the fluid feels each
@@ -55,7 +69,7 @@ def test_shear_stress_is_the_imposed_one_at_every_height(roughness, outside):
     given = scenes.parameters(
         wall={"roughness": roughness},
         channel={"outside": outside},
-        hydrodynamics={"resolution": 4096},
+        hydrodynamics={"resolution": 4096, "mobility": mobility},
         rheometer={"stress": 0.5},
     )
     suspension, state = scenes.of_foam(scenes.foam(given), given)
@@ -63,13 +77,11 @@ def test_shear_stress_is_the_imposed_one_at_every_height(roughness, outside):
     evaluation = suspension.evaluate(state)
     flow, window, fine = mean_flow(given), 12, 8
     mesh = flow.mesh_size
-    velocity = flow.velocity(
-        flow.force_density(evaluation.positions[:, 1], evaluation.forces[:, 0])
-    )
     clear = WallContour.of(given).bump_radius + CLEARANCE * mesh
     lines = np.flatnonzero((flow.heights > clear) & (flow.heights < given.channel.height - clear))
     edges = np.arange(lines[0], lines[-1], window)
-    viscous = np.diff(velocity[edges]) / (window * mesh) * given.solvent.viscosity
+    velocity = mean_velocity(suspension, given, evaluation, edges * mesh)
+    viscous = np.diff(velocity) / (window * mesh) * given.solvent.viscosity
     planes = (edges[0] + (np.arange((len(edges) - 1) * window * fine) + 0.5) / fine) * mesh
     carried = carried_by_planes(suspension, given, evaluation.positions, planes)
     elastic = carried.reshape(len(edges) - 1, -1).mean(axis=1)
@@ -447,7 +459,9 @@ def test_evaluations_are_counted(aged, integrator):
         "rejections": advanced.rejections,
     }
     if integrator == "euler":
-        assert (steps, advanced.evaluations, advanced.rejections) == (50, 51, 0)
+        assert (steps, advanced.rejections) == (50, 0)
+        # One for each state, and those of one power iteration.
+        assert 51 < advanced.evaluations <= 51 + spectral.MOST_ITERATIONS
 
 
 def test_a_run_of_adaptive_steps_ends_its_records_where_euler_does(aged):
@@ -464,7 +478,7 @@ def test_a_run_of_adaptive_steps_ends_its_records_where_euler_does(aged):
     for axis in ("time", "interval", "profile_time", "snapshot_time"):
         assert runs["rkc2"][axis].values.tolist() == runs["euler"][axis].values.tolist(), axis
     assert runs["rkc2"].attrs["steps"] < runs["euler"].attrs["steps"] == 100
-    assert runs["euler"].attrs["evaluations"] == 101
+    assert 101 < runs["euler"].attrs["evaluations"] <= 101 + spectral.MOST_ITERATIONS
     assert runs["rkc2"]["stress"].values == pytest.approx(0.5, rel=1e-12)
     # Euler's own error is half a step times how fast the rate changes, by a third in 0.03.
     for name in ("shear_rate_wall", "strain"):

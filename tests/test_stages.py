@@ -47,7 +47,7 @@ ON_EWALD = {"hydrodynamics.regularisation", "hydrodynamics.quadrature"}
 ALONE = {"rheometer.mode"}
 """Paths that have no other value that is valid by itself."""
 
-THROUGH_OTHERS = {"fidelity"}
+THROUGH_OTHERS = {"fidelity", "accuracy"}
 """Paths that choose the values of others, by which alone they change a run."""
 
 DOUBLE = 2.0

@@ -2,14 +2,21 @@ import numpy as np
 import pytest
 import scenes
 import twins
-from exact_solutions import Couette
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from softslip import contacts, membrane, neighbours, rheometer, shear, steric
 from softslip.chains import lagrange_weights, refine
+from softslip.contacts import Contacts
 from softslip.geometry import LOWER, UPPER
 from softslip.membrane import wrap_particles
+from softslip.mobility import ewald
+from softslip.mobility.ewald import EwaldMobility
+from softslip.mobility.grid import GridMobility
 from softslip.neighbours import find_pairs
 from softslip.shear import mean_flow
 from softslip.suspension import RIGIDITY_TOLERANCE
+from softslip.validation.solutions import Couette
 
 OUTSIDE = ["still", "periodic"]
 SYMBOLS = ["compact", "wide"]
@@ -244,6 +251,37 @@ def test_shifting_everything_along_the_flow_changes_nothing(aged, smooth, cells)
     assert error <= 1e-10, f"off by {error:.1e}"
 
 
+@pytest.fixture(scope="module", params=["standard", "paper"])
+def level_scene(request):
+    """A foam at a level of fidelity, with loaded walls, and its rate."""
+    given = scenes.parameters(
+        fidelity=request.param,
+        hydrodynamics={"resolution": 8192},
+        rheometer={"stress": 0.5},
+        time_stepping={"step": 0.01},
+    )
+    suspension, state = scenes.of_foam(scenes.foam(given), given)
+    state = suspension.load(state)
+    return suspension, state, suspension.rate(state)
+
+
+@settings(max_examples=10)
+@given(shift=st.floats(-0.2, 0.2))
+def test_shifting_everything_by_any_distance_changes_little_at_a_level(level_scene, shift):
+    suspension, state, rate = level_scene
+    there = state.replace(state.vector.copy(), 0.0, 0)
+    there.node_position[:, 0] += shift
+    there.wall_displacement[:] += shift
+    here, moved = (state.like(each) for each in (rate, suspension.rate(there)))
+    apart = moved.node_position - here.node_position
+    error = np.sqrt(np.mean(apart**2) / np.mean(here.node_position**2))
+    # What the far mesh leaves out of forces along membranes, in both.
+    assert error <= 2e-4, f"velocities differ by {error:.1e}"
+    walls = here.wall_displacement[UPPER] - here.wall_displacement[LOWER]
+    moved_walls = moved.wall_displacement[UPPER] - moved.wall_displacement[LOWER]
+    assert moved_walls == pytest.approx(walls, rel=2e-4)
+
+
 def test_rate_is_a_function_of_the_state_alone(aged, smooth):
     suspension, state = scenes.of_foam(aged, smooth)
     first = suspension.rate(state)
@@ -375,3 +413,199 @@ def test_results_do_not_depend_on_the_outer_gap_when_it_is_still(foam):
     narrow, wide = (outer_gap_run(foam, gap) for gap in (0.03125, 0.09375))
     error = np.abs(wide - narrow).max() / np.abs(narrow).max()
     assert error < 2e-3, f"γ̇_wall, γ̇_bulk, V_s/H: {narrow} and {wide}, off by {error:.1e}"
+
+
+EWALD = {"mobility": "ewald", "regularisation": 0.7, "node_spacing": 1.0}
+MESHES = {"grid": {}, "ewald": EWALD, "corrected": {**EWALD, "quadrature": "corrected"}}
+
+
+def channel(mesh, roughness=0.0, outside="still", **drive):
+    """A channel without particles, and its walls at some displacement."""
+    given = scenes.empty(
+        hydrodynamics=MESHES[mesh],
+        wall={"roughness": roughness},
+        channel={"outside": outside, "outer_gap": 0.03125},
+    )
+    suspension, state = scenes.of_rings([], given, **drive)
+    state.wall_displacement[:] = (-0.013, 0.4)
+    return given, suspension, state
+
+
+class Count:
+    """A function that counts its calls."""
+
+    def __init__(self, function):
+        self.function, self.calls = function, 0
+
+    def __call__(self, *given, **named):
+        self.calls += 1
+        return self.function(*given, **named)
+
+
+@pytest.fixture
+def counted(monkeypatch):
+    """Return a function that counts the calls of another wherever some modules look it up."""
+
+    def count(name, *places):
+        spy = Count(getattr(places[0], name))
+        for place in places:
+            monkeypatch.setattr(place, name, spy)
+        return spy
+
+    return count
+
+
+@pytest.mark.parametrize("mesh", MESHES)
+@pytest.mark.parametrize("roughness", [0.0, 0.59])
+def test_without_particles_no_contact_is_searched_for(mesh, roughness, counted):
+    searches = counted("find_pairs", neighbours)
+    forces = counted("add_contacts", steric)
+    refined = counted("refine", contacts)
+    given, suspension, state = channel(mesh, roughness, stress=0.5)
+    evaluation = suspension.evaluate(state)
+    assert suspension.closing_rate(evaluation) == 0.0
+    assert evaluation.film_thickness == np.inf
+    assert not evaluation.body_forces.any()
+    assert (searches.calls, forces.calls, refined.calls) == (0, 0, 0)
+    # Searching all the same finds nothing, and the rate of change is the same to the last bit.
+    suspension._contacts = Contacts(given, suspension.layout)
+    searched = suspension.evaluate(state)
+    assert suspension.closing_rate(searched) == 0.0
+    assert searches.calls > 0
+    assert searched.rate.tobytes() == evaluation.rate.tobytes()
+    assert searched.rate.any()
+
+
+def test_without_particles_near_pairs_are_those_of_the_walls_alone(counted, monkeypatch):
+    """They are rigid, so that nothing is listed; a list of its own would hold nothing either."""
+    _, suspension, state = channel("corrected", 0.59, stress=0.5)
+    kept = counted("pairs", ewald.VerletList)
+    first = suspension.rate(state)
+    assert kept.calls == 0
+
+    def listed(solver, positions):
+        count = len(positions)
+        return solver._list.pairs(positions, np.arange(count), count - solver._rigid.nodes)
+
+    monkeypatch.undo()
+    monkeypatch.setattr(ewald.EwaldMobility, "near_pairs", listed)
+    _, suspension, state = channel("corrected", 0.59, stress=0.5)
+    assert suspension.rate(state).tobytes() == first.tobytes()
+
+
+def solutions(monkeypatch):
+    """Count the flow solutions of either solver."""
+    counts = []
+    for kind in (GridMobility, EwaldMobility):
+        for name in ("velocities", "velocities_at"):
+            solve = getattr(kind, name)
+
+            def spy(self, *given, solve=solve):
+                counts.append(len(given))
+                return solve(self, *given)
+
+            monkeypatch.setattr(kind, name, spy)
+    return counts
+
+
+@pytest.mark.parametrize("mesh", MESHES)
+@pytest.mark.parametrize("outside", OUTSIDE)
+@pytest.mark.parametrize("roughness", [0.0, 0.59])
+def test_no_flow_is_solved_for_where_nothing_pushes(mesh, outside, roughness, monkeypatch):
+    solved = solutions(monkeypatch)
+    _, suspension, state = channel(mesh, roughness, outside, stress=0.0)
+    state = suspension.load(state)
+    evaluation = suspension.evaluate(state)
+    field = suspension.velocities_at(np.array([[0.01, 0.05], [0.02, 0.1]]), evaluation)
+    assert not solved
+    assert not any(values.any() for values in (field, evaluation.rate, evaluation.forces))
+    assert (evaluation.traction, evaluation.stress) == (0.0, 0.0)
+    # The solver finds the same rest; a stress, the smallest even, is solved for.
+    bare = suspension._mobility._mobility
+    assert not bare.velocities(evaluation.positions, evaluation.forces).any()
+    _, pushed, state = channel(mesh, roughness, outside, stress=1e-300)
+    before = len(solved)
+    pushed.evaluate(state)
+    assert len(solved) > before
+
+
+@pytest.mark.parametrize("drive", [{"stress": 0.3}, {"shear_rate": 0.3}, {"stress": 0.0}])
+@pytest.mark.parametrize(("level", "cells"), [("preview", 3), ("preview", 4), ("standard", 3)])
+def test_flat_walls_without_particles_are_rigid_as_they_are(level, cells, drive):
+    """The sums let them deform by 1e-5 of their speed, or by rounding, which nothing can hold."""
+    sides = {"length": cells / 32, "height": 0.1, "outer_gap": 0.05625}
+    given = scenes.empty(fidelity=level, hydrodynamics={"resolution": 8192}, channel=sides)
+    suspension, bare = scenes.of_rings([], given, **drive)
+    loaded, left = suspension.load(bare), {}
+    for name, state in (("bare", bare), ("loaded", loaded)):
+        evaluation = suspension.evaluate(state)
+        left[name] = np.abs(state.like(evaluation.rate).tether).max()
+    speed = given.wall.stiffness * np.abs(evaluation.wall_velocity).max()
+    assert left["loaded"] <= left["bare"] <= 1e-5 * speed
+    if drive == {"stress": 0.0} or (level, cells) == ("preview", 3):
+        # Nodes that lie alike to all mesh lines.
+        assert left["bare"] <= 1e-15 * speed
+        assert not loaded.tether.any()
+
+
+def test_an_imposed_rate_solves_for_the_walls_alone_where_nothing_else_pushes(monkeypatch):
+    """Of the flows under all other forces, under unit traction and under all, the first is rest."""
+    _, suspension, state = channel("ewald", shear_rate=0.7)
+    solved = solutions(monkeypatch)
+    evaluation = suspension.evaluate(state)
+    assert len(solved) == 2
+    speed = evaluation.wall_velocity[UPPER] - evaluation.wall_velocity[LOWER]
+    assert speed / suspension.box.height == pytest.approx(0.7, rel=1e-12)
+
+
+def test_at_zero_stress_no_traction_acts_but_what_cancels_the_packing(aged, counted):
+    """Still solvent outside needs none; in the periodic box the packing's own stress is balanced.
+
+    Only there is the moment of the forces asked for.
+    """
+    moments = counted("moment", rheometer)
+    found = {}
+    for outside in OUTSIDE:
+        given = scenes.parameters(channel={"outside": outside})
+        suspension, state = scenes.of_foam(aged, given, stress=0.0)
+        evaluation = suspension.evaluate(state)
+        walls = evaluation.forces[suspension.layout.particle_nodes :]
+        body = evaluation.body_forces[suspension.layout.particle_nodes :]
+        found[outside] = evaluation.traction, np.abs(walls - body).max(), moments.calls
+        assert evaluation.stress == pytest.approx(0.0, abs=1e-15)
+    assert found["still"] == (0.0, 0.0, 0)
+    traction, drive, calls = found["periodic"]
+    assert traction != 0.0
+    assert drive == pytest.approx(abs(traction) * suspension._drive.max(), rel=1e-9)
+    assert calls == 1
+
+
+def test_flat_walls_have_no_nodes_but_those_of_a_line():
+    given = scenes.parameters()
+    flat, bumpy = (
+        shear.WallContour.of(scenes.parameters(wall={"roughness": beta})) for beta in (0.0, 0.59)
+    )
+    spacing = given.hydrodynamics.node_spacing / given.hydrodynamics.resolution
+    walls = shear.wall_positions(flat, given.channel.height, spacing)
+    assert walls.shape[1] == round(given.channel.length / spacing)
+    assert set(walls[LOWER, :, 1]) == {0.0}
+    assert set(walls[UPPER, :, 1]) == {given.channel.height}
+    more = shear.wall_positions(bumpy, given.channel.height, spacing).shape[1]
+    # π/2 of each bump's base, of which there are so many.
+    arcs = bumpy.bumps * (np.pi - 2) * bumpy.bump_radius / spacing
+    assert more - walls.shape[1] == pytest.approx(arcs, abs=1)
+
+
+def test_without_membranes_their_loops_are_empty():
+    """Forces, velocities and positions of walls are left as they are."""
+    none = np.zeros(1, np.int64)
+    walls = scenes.generator(3).standard_normal((40, 2))
+    for change in (
+        lambda values: membrane.add_tension(values, none, np.empty(0), 1.0, 6, values),
+        lambda values: membrane.remove_flux(values, none, 6, 1.0, np.empty(0), values),
+        lambda values: membrane.wrap_particles(values, none, 0.1),
+    ):
+        kept = walls.copy()
+        change(kept)
+        assert kept.tobytes() == walls.tobytes()
+    assert membrane.membrane_areas(walls, none, 6).shape == (0,)

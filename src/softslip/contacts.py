@@ -6,7 +6,7 @@ import numpy as np
 
 from softslip import steric
 from softslip.chains import carry_back, lagrange_weights, refine
-from softslip.geometry import BoolArray, FloatArray, Layout
+from softslip.geometry import BoolArray, FloatArray, IndexArray, IntArray, Layout
 from softslip.neighbours import ContactList, PairSource, Refinement
 from softslip.parameters import Parameters
 
@@ -37,7 +37,7 @@ class Contacts:
         self._strength = steric.contact_strength(given.energy, given.reading)
         factor = given.refinement
         self._plain = factor == 1
-        # Of the points, their positions and forces: used again at every evaluation.
+        # Of the points, their positions, and their forces or velocities: used again and again.
         self._room = np.empty((2, factor * layout.nodes, 2))
         self._interpolation = lagrange_weights(factor)
         self._chains = layout.chains
@@ -47,7 +47,7 @@ class Contacts:
         gain = float(np.abs(self._interpolation).sum(axis=1).max())
         every = np.ones(layout.particles + 2, np.bool_)
         refinement = Refinement(
-            factor, lambda values: self._points(values, self._jump, every), gain
+            factor, lambda values: self._points(values, self._jump, every, self._room[0]), gain
         )
         self._list = ContactList(layout, self._length, given.length, refinement, shared)
 
@@ -68,11 +68,33 @@ class Contacts:
         starts, partners = self._list.pairs(positions)
         if not partners.size:
             return math.inf
-        if self._plain:
-            points, on_points = positions, forces
-        else:
-            points, on_points = self._room
-            self._refine(positions, self._jump, self._list.touching, points)
+        touching = self._list.touching
+        points = self._points(positions, self._jump, touching, self._room[0])
+        return self.add_pair_forces(points, starts, partners, touching, forces)
+
+    def add_pair_forces(
+        self,
+        points: FloatArray,
+        starts: IntArray,
+        partners: IndexArray | IntArray,
+        touching: BoolArray,
+        forces: FloatArray,
+    ) -> float:
+        """Add the forces of listed pairs of points and return the smallest film thickness.
+
+        Parameters
+        ----------
+        points
+            The contact points of the touching bodies, shape (points, 2).
+        starts, partners
+            The pairs, as `softslip.neighbours.find_pairs` returns them.
+        touching
+            Whether each body has a point in them, shape (bodies,).
+        forces
+            Of all nodes, added to, shape (nodes, 2).
+        """
+        on_points = forces if self._plain else self._room[1]
+        if not self._plain:
             on_points[:] = 0.0
         film = steric.add_contacts(
             points,
@@ -85,7 +107,6 @@ class Contacts:
             on_points,
         )
         if not self._plain:
-            touching = self._list.touching
             carry_back(on_points, self._chains, touching, self._interpolation, forces)
         return film
 
@@ -105,19 +126,41 @@ class Contacts:
         if not partners.size:
             return 0.0
         touching = self._list.touching
-        points = self._points(positions, self._jump, touching)
-        rates = self._points(velocities, np.zeros_like(self._jump), touching)
+        points = self._points(positions, self._jump, touching, self._room[0])
+        # What is common to a whole chain does not jump from one end to the other.
+        rates = self._points(velocities, np.zeros_like(self._jump), touching, self._room[1])
         return steric.closing_rate(points, rates, starts, partners, self._length, self._range)
 
-    def _points(self, values: FloatArray, jump: FloatArray, wanted: BoolArray) -> FloatArray:
+    def _points(
+        self, values: FloatArray, jump: FloatArray, wanted: BoolArray, room: FloatArray
+    ) -> FloatArray:
         """Return a quantity of the nodes at the contact points of the wanted bodies."""
         if self._plain:
             return values
-        points = np.empty((self._interpolation.shape[0] * len(values), 2))
-        self._refine(values, jump, wanted, points)
-        return points
+        refine(values, self._chains, jump, wanted, self._interpolation, room)
+        return room
 
-    def _refine(
-        self, values: FloatArray, jump: FloatArray, wanted: BoolArray, points: FloatArray
-    ) -> None:
-        refine(values, self._chains, jump, wanted, self._interpolation, points)
+
+class NoContacts:
+    """What `Contacts` is where there are no particles: walls do not touch each other."""
+
+    def add_forces(self, positions: FloatArray, forces: FloatArray) -> float:
+        """Add nothing and return infinity, as there is no film; see `Contacts`."""
+        return math.inf
+
+    def listed(self, positions: FloatArray) -> int:
+        """Return 0, the number of pairs."""
+        return 0
+
+    def closing_rate(self, positions: FloatArray, velocities: FloatArray) -> float:
+        """Return 0, as there is no film to close."""
+        return 0.0
+
+
+def contacts_between(
+    parameters: Parameters,
+    layout: Layout,
+    shared: tuple[PairSource, float] | None = None,
+) -> Contacts | NoContacts:
+    """Return the contacts of a scene, or their absence; for the arguments see `Contacts`."""
+    return Contacts(parameters, layout, shared) if layout.particles else NoContacts()

@@ -9,6 +9,8 @@ nodes 1.42 of it apart, and explicit Euler steps of 0.002.
 from collections.abc import Mapping
 from typing import Any
 
+from softslip.accuracy import cheapest
+
 Settings = Mapping[str, Mapping[str, Any]]
 """Values by group and key of the parameter tree."""
 
@@ -46,21 +48,40 @@ LEVELS: Mapping[str, Settings] = {
 }
 """The settings of each level, coarsest first."""
 
+CHOSEN_FROM = "standard"
+"""Level whose settings a wanted accuracy starts from; what it chooses replaces some of them."""
+
 
 def with_level(tree: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a parameter tree with the settings of its level where it is silent.
+    """Return a parameter tree with the settings of its level or accuracy where it is silent.
 
     Parameters
     ----------
     tree
-        Nested mapping; its ``fidelity`` names the level. An unknown level, or a group that is no
-        mapping, is left for validation to refuse.
+        Nested mapping; its ``fidelity`` names the level, or its ``accuracy`` asks for the
+        cheapest settings that meet it. An unknown level, or a group that is no mapping, is left
+        for validation to refuse, and so is a tree with both.
+
+    Raises
+    ------
+    ConfigError
+        When no settings meet the accuracy.
     """
     merged = dict(tree)
-    level = tree.get("fidelity")
-    settings = LEVELS.get(level, {}) if isinstance(level, str) else {}
-    for group, values in settings.items():
+    for group, values in _settings(tree).items():
         given = merged.get(group, {})
         if isinstance(given, Mapping):
             merged[group] = {**values, **given}
     return merged
+
+
+def _settings(tree: Mapping[str, Any]) -> Settings:
+    level, accuracy = tree.get("fidelity"), tree.get("accuracy")
+    if isinstance(level, str):
+        return LEVELS.get(level, {})
+    if level is None and isinstance(accuracy, float) and 0 < accuracy < 1:
+        chosen, base = cheapest(accuracy).settings, LEVELS[CHOSEN_FROM]
+        return {
+            group: {**base.get(group, {}), **chosen.get(group, {})} for group in {**base, **chosen}
+        }
+    return {}

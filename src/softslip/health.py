@@ -1,5 +1,8 @@
 """Guards that stop a run whose numbers no longer mean anything."""
 
+import math
+from collections import deque
+
 import numpy as np
 
 from softslip.errors import NumericalError
@@ -19,6 +22,17 @@ some 1e5 times that of a packing at rest, so that only an unresolved run comes n
 
 LARGEST_AREA_ERROR = 0.05
 """Largest relative change of any particle's area."""
+
+
+THINNEST_FILM = 2.0 / math.sqrt(math.pi)
+"""Smallest film between nodes of two bodies, in regularisation lengths: two sheets slide as if
+their film were thinner by this, the mean distance of two points that are each smeared over ε."""
+
+REJECTION_STEPS, LARGEST_REJECTION = 50, 1.0
+"""Steps over which refused trials are counted, and how many of them to a step end a run."""
+
+LARGEST_SLIP = 0.5
+"""Largest difference of the printed control's wall speed from the fluid's, relative."""
 
 
 def _refuse(field: str, bad: BoolArray, step: int, what: str, remedy: str) -> None:
@@ -122,6 +136,7 @@ def check_state(
     order: int,
     height: float,
     contact_range: float,
+    regularisation: float = 0.0,
 ) -> None:
     """Raise when a state is not finite, leaks, has left the channel, or is about to cross.
 
@@ -130,13 +145,15 @@ def check_state(
     state, layout
         What to check.
     film_thickness
-        Smallest distance between nodes of two bodies [length unit].
+        Smallest distance between contact points of two bodies [length unit].
     order
         Of the areas, see `softslip.membrane.membrane_areas`.
     height
         H [length unit].
     contact_range
         σ_LJ [length unit].
+    regularisation
+        ε [length unit].
 
     Raises
     ------
@@ -145,7 +162,8 @@ def check_state(
     """
     finite = np.isfinite(state.vector)
     if not finite.all():
-        _refuse("state", ~finite, state.step, "is not finite", "use a smaller time_stepping.step")
+        field, index = located(state, int(np.argmin(finite)))
+        raise NumericalError(field, index, state.step, f"is not finite; {_SHORTER}")
     heights = state.node_position[:, 1]
     outside = (heights < 0) | (heights > height)
     if outside.any():
@@ -154,7 +172,7 @@ def check_state(
             outside,
             state.step,
             "lies behind a wall",
-            "use a smaller time_stepping.step or hydrodynamics.node_spacing",
+            f"{_SHORTER}, or a smaller hydrodynamics.node_spacing",
         )
     areas = membrane_areas(state.node_position, layout.offsets, order)
     error = areas / layout.reference_area - 1
@@ -164,13 +182,142 @@ def check_state(
             np.abs(error) > LARGEST_AREA_ERROR,
             state.step,
             f"has changed by more than {LARGEST_AREA_ERROR:.0%}",
-            "use a smaller time_stepping.step, or membrane.area_correction 'flux'",
+            f"{_SHORTER}, membrane.area_correction 'flux', or a larger membrane.area_restoring",
         )
-    if film_thickness < SMALLEST_FILM * contact_range:
-        raise NumericalError(
-            "film_thickness",
-            0,
-            state.step,
-            f"{film_thickness:.3g} is below {SMALLEST_FILM:g} steric.length, membranes are about "
-            "to cross; use a smaller time_stepping.step or a larger steric.energy",
+    _check_film(film_thickness, contact_range, regularisation, state.step)
+
+
+_SHORTER = "use a smaller time_stepping.step ('euler') or time_stepping.tolerance ('rkc2')"
+
+
+def located(state: State, index: int) -> tuple[str, int]:
+    """Return the array of a state, and the row in it, that a component of its vector belongs to."""
+    ends = {
+        "node_position": 2 * state.particle_nodes,
+        "tether": 2 * state.particle_nodes + 4 * state.wall_nodes,
+        "wall_displacement": state.vector.size - 2,
+        "wall_speed": state.vector.size,
+    }
+    start = 0
+    for name, end in ends.items():
+        if index < end:
+            return name, (index - start) // (1 if name.startswith("wall") else 2)
+        start = end
+    raise IndexError(f"A state of {state.vector.size} numbers has none with index {index}.")
+
+
+def named(error: NumericalError, state: State) -> NumericalError:
+    """Return a stepper's error about a component of a vector as one about an array of the state."""
+    field, index = error.field, error.index
+    if field == "state":
+        field, index = located(state, index)
+    return NumericalError(field, index, state.step, error.message)
+
+
+def _check_film(film: float, contact_range: float, regularisation: float, step: int) -> None:
+    limits = {
+        f"{SMALLEST_FILM:g} steric.length, membranes are about to cross": (
+            SMALLEST_FILM * contact_range,
+            "a smaller hydrodynamics.node_spacing, a larger steric.energy, or a smaller "
+            "time_stepping.step ('euler')",
+        ),
+        f"{THINNEST_FILM:g} regularisation lengths, over which its flow is smeared": (
+            THINNEST_FILM * regularisation,
+            "a smaller hydrodynamics.regularisation ('ewald'), a finer hydrodynamics.resolution "
+            "('grid'), or a larger steric.energy or steric.length",
+        ),
+    }
+    for what, (limit, remedy) in limits.items():
+        if film < limit:
+            raise NumericalError(
+                "film_thickness", 0, step, f"{film:.3g} is below {what}; use {remedy}"
+            )
+
+
+def check_forces(forces: FloatArray, step: int) -> None:
+    """Raise when a force on the fluid is not a number.
+
+    Parameters
+    ----------
+    forces
+        Of all nodes, shape (nodes, 2).
+    step
+        Number of the step, for the message.
+
+    Raises
+    ------
+    NumericalError
+        Naming the first node.
+    """
+    lost: BoolArray = ~np.isfinite(forces.sum(axis=1))
+    if lost.any():
+        _refuse(
+            "force",
+            lost,
+            step,
+            "is not finite: two nodes coincide, or a number was lost",
+            f"{_SHORTER}, or a smaller hydrodynamics.node_spacing",
         )
+
+
+def check_control(wall_speed: FloatArray, velocity: FloatArray, step: int) -> None:
+    """Raise when the printed control (Eq. 26) no longer has the walls in its hand.
+
+    It asks each wall for a speed and holds its nodes to that by tethers. Once the speed it asks
+    for is more than `LARGEST_SLIP` times the one that the fluid gives, the stress on the packing
+    is whatever the feedback has made of it.
+
+    Parameters
+    ----------
+    wall_speed
+        Speeds that the control asks for, shape (2,); zero under the exact control.
+    velocity
+        Velocity of each wall, shape (2,).
+    step
+        Number of the step, for the message.
+
+    Raises
+    ------
+    NumericalError
+        Naming the wall.
+    """
+    lost: BoolArray = np.abs(wall_speed - velocity) > LARGEST_SLIP * np.abs(velocity)
+    lost &= wall_speed != 0.0
+    if lost.any():
+        _refuse(
+            "wall_speed",
+            lost,
+            step,
+            "asked for by the printed control has run away from the speed of the wall",
+            "use rheometer.control 'exact'",
+        )
+
+
+class Rejections:
+    """Counts refused trials of the latest steps of a run.
+
+    It decides nothing but when to stop, so that a run that is taken up again stays the same run.
+    """
+
+    def __init__(self) -> None:
+        self._latest: deque[int] = deque(maxlen=REJECTION_STEPS)
+
+    def add(self, rejections: int, step: int) -> None:
+        """Take note of an accepted step and the trials that were refused before it.
+
+        Raises
+        ------
+        NumericalError
+            When more trials were refused than accepted in the last `REJECTION_STEPS` steps.
+        """
+        self._latest.append(rejections)
+        refused = sum(self._latest)
+        if len(self._latest) == REJECTION_STEPS and refused > LARGEST_REJECTION * REJECTION_STEPS:
+            raise NumericalError(
+                "step_size",
+                0,
+                step,
+                f"{refused} trial steps were refused in the last {REJECTION_STEPS} steps: the "
+                "rate jumps, as it does where films are thinner than nodes are apart; use a "
+                "smaller hydrodynamics.node_spacing or a larger steric.refinement",
+            )

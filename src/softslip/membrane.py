@@ -18,27 +18,26 @@ ORDERS = (2, 6)
 """Orders of the differences along a membrane."""
 
 
-@compiled
-def _staggered_stencil(order: int) -> tuple[float, float, float]:
-    """Return the weights of X_{s+1} - X_s, X_{s+2} - X_{s-1}, X_{s+3} - X_{s-2} in Δs dX/ds.
+_STAGGERED = ((1.0, 0.0, 0.0), (75.0 / 64.0, -25.0 / 384.0, 3.0 / 640.0))
+"""Weights of X_{s+1} - X_s, X_{s+2} - X_{s-1}, X_{s+3} - X_{s-2} in Δs dX/ds, for each order.
 
-    The derivative is the one half-way between s and s+1, where the tension lives: there a
-    zigzag of the nodes stretches the membrane, which a central difference would not see.
-    """
-    if order == 2:
-        return 1.0, 0.0, 0.0
-    if order == 6:
-        return 75.0 / 64.0, -25.0 / 384.0, 3.0 / 640.0
-    raise ValueError("The order of the differences is 2 or 6.")
+The derivative is the one half-way between s and s+1, where the tension lives: there a zigzag of
+the nodes stretches the membrane, which a central difference would not see.
+"""
+
+_CENTRAL = ((0.5, 0.0, 0.0), (3.0 / 4.0, -3.0 / 20.0, 1.0 / 60.0))
+"""Weights of X_{s+k} - X_{s-k}, k = 1, 2, 3, in Δs dX/ds at node s, for each order."""
 
 
 @compiled
-def _central_stencil(order: int) -> tuple[float, float, float]:
-    """Return the weights of X_{s+k} - X_{s-k}, k = 1, 2, 3, in Δs dX/ds at node s."""
+def _of_order(
+    order: int, stencils: tuple[tuple[float, float, float], tuple[float, float, float]]
+) -> tuple[float, float, float]:
+    """Return the stencil of an order out of those of `ORDERS`."""
     if order == 2:
-        return 0.5, 0.0, 0.0
+        return stencils[0]
     if order == 6:
-        return 3.0 / 4.0, -3.0 / 20.0, 1.0 / 60.0
+        return stencils[1]
     raise ValueError("The order of the differences is 2 or 6.")
 
 
@@ -76,7 +75,7 @@ def add_tension(
     ValueError
         When the order is none of `ORDERS`.
     """
-    near, middle, far = _staggered_stencil(order)
+    near, middle, far = _of_order(order, _STAGGERED)
     room = longest_chain(offsets) + 2 * PADDING
     x, y, tx, ty = np.empty(room), np.empty(room), np.empty(room), np.empty(room)
     for p in range(offsets.size - 1):
@@ -138,7 +137,7 @@ def remove_flux(
     ValueError
         When the order is none of `ORDERS`.
     """
-    stencil = _central_stencil(order)
+    stencil = _of_order(order, _CENTRAL)
     room = longest_chain(offsets) + 2 * PADDING
     x, y, nx, ny = np.empty(room), np.empty(room), np.empty(room), np.empty(room)
     width = np.empty(room)
@@ -216,7 +215,7 @@ def membrane_areas(positions: FloatArray, offsets: IntArray, order: int) -> Floa
     ValueError
         When the order is none of `ORDERS`.
     """
-    stencil = _central_stencil(order)
+    stencil = _of_order(order, _CENTRAL)
     room = longest_chain(offsets) + 2 * PADDING
     x, y, nx, ny = np.empty(room), np.empty(room), np.empty(room), np.empty(room)
     areas = np.empty(offsets.size - 1)

@@ -67,7 +67,7 @@ class Observer:
         heights = evaluation.positions[:, 1]
         flow = self._flow
         velocity = flow.velocity(flow.force_density(heights, evaluation.forces[:, 0]))
-        carried = flow.carried_stress(flow.force_density(heights, evaluation.body_forces[:, 0]))
+        carried = self._carried_stress(evaluation)
         stress = (flow.viscous_stress(velocity) + carried)[self._clear]
         profile = velocity[: self.heights.size]
         areas = membrane_areas(state.node_position, self._layout.offsets, self._order)
@@ -89,6 +89,15 @@ class Observer:
         if self._bulk is not None:
             values |= self._bulk_flow(profile, walls)
         return values
+
+    def _carried_stress(self, evaluation: Evaluation) -> FloatArray | float:
+        """Return the stress that bodies carry across each height; without particles, nothing."""
+        if not self._layout.particles:
+            return 0.0
+        forces = evaluation.body_forces[:, 0]
+        return self._flow.carried_stress(
+            self._flow.force_density(evaluation.positions[:, 1], forces)
+        )
 
     def _bulk_flow(self, profile: FloatArray, walls: FloatArray) -> Sample:
         """Fit a line to the profile between the margins; its wall intercepts give the slip."""

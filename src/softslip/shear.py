@@ -7,7 +7,9 @@ import numpy as np
 import xarray as xr
 
 from softslip import health
+from softslip.crossing import check_crossing
 from softslip.errors import NumericalError
+from softslip.films import check_contacts
 from softslip.geometry import Box, FloatArray, Layout, WallContour, wall_positions
 from softslip.integrators import INTEGRATORS, Accuracy, Memory, Vector
 from softslip.membrane import rest_spacing, wrap_particles
@@ -179,17 +181,20 @@ def advance(
 
     Raises
     ------
+    ConfigError
+        When contact points are too far apart for the films between them.
     NumericalError
         When a guard of `softslip.health` finds the numbers out of range, or no step is short
         enough.
     """
+    check_contacts(parameters)
     stepping = parameters.time_stepping
     integrate = INTEGRATORS[stepping.integrator]
     accuracy = Accuracy(stepping.tolerance, suspension.error_scale(state))
     if not state.step_size:
         state = replace(state, step_size=stepping.step)
     latest = suspension.evaluate(state)
-    evaluations, rejections = 1, 0
+    evaluations, rejections, refused = 1, 0, health.Rejections()
 
     def rate(vector: Vector, time: float) -> Vector:
         nonlocal latest, evaluations
@@ -217,8 +222,9 @@ def advance(
                 longest,
             )
         except NumericalError as error:
-            raise error.at_step(state.step) from error
+            raise health.named(error, state) from error
         rejections += step.rejections
+        refused.add(step.rejections, state.step)
         memory = step.memory
         state = replace(
             state.replace(step.vector, step.time, state.step + 1),
@@ -236,6 +242,7 @@ def _memory(state: State) -> Memory:
 
 
 def _guard(state: State, evaluation: Evaluation, layout: Layout, parameters: Parameters) -> None:
+    """Raise unless a state and its evaluation are sound; see `softslip.health`."""
     health.check_state(
         state,
         layout,
@@ -243,7 +250,12 @@ def _guard(state: State, evaluation: Evaluation, layout: Layout, parameters: Par
         order=parameters.membrane.order,
         height=parameters.channel.height,
         contact_range=parameters.steric.length,
+        regularisation=regularisation_of(parameters),
     )
+    health.check_forces(evaluation.forces, state.step)
+    health.check_control(state.wall_speed, evaluation.wall_velocity, state.step)
+    film, length = evaluation.film_thickness, parameters.channel.length
+    check_crossing(evaluation.positions, layout, length, film, state.step)
 
 
 def _longest_step(

@@ -6,18 +6,23 @@ import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from softslip import membrane, rheometer
-from softslip.contacts import Contacts
+from softslip.contacts import contacts_between
 from softslip.errors import NumericalError
 from softslip.geometry import LOWER, UPPER, Box, FloatArray, Layout
 from softslip.integrators import Vector
 from softslip.mobility import Mobility
 from softslip.mobility.outside import StillOutside
+from softslip.mobility.rest import RestWithoutForce
 from softslip.neighbours import PairSource
 from softslip.parameters import Parameters
 from softslip.state import State
 
 RIGIDITY_TOLERANCE = 0.02
 """Part of the walls' deformation rate that the tethers may leave when a stage starts."""
+
+ROUNDING = 1e-12
+"""Deformation of the walls, over their speed, that counts as none: flat walls without particles
+move rigidly but for rounding (1e-16 to 1e-15), which no tethers take away."""
 
 
 @dataclass(frozen=True)
@@ -92,11 +97,12 @@ class Suspension:
         self._parameters = parameters
         still = channel.outside == "still"
         viscosity = parameters.solvent.viscosity
-        self._mobility = StillOutside(mobility, self.box, viscosity) if still else mobility
+        whole = StillOutside(mobility, self.box, viscosity) if still else mobility
+        self._mobility = RestWithoutForce(whole)
         self._stress = stress
         self._shear_rate = shear_rate
         self._printed = printed_control
-        self._contacts = Contacts(parameters, layout, near_pairs)
+        self._contacts = contacts_between(parameters, layout, near_pairs)
         self._drive = rheometer.unit_drive(layout.wall_nodes, channel.length)
         heights = layout.wall_reference[:, :, 1].mean(axis=1)
         self._balance = rheometer.Balance(
@@ -107,8 +113,9 @@ class Suspension:
         """Return the state as the control wants it before the first step.
 
         The tethers are set to what holds the walls rigid under the forces of this instant (to
-        `RIGIDITY_TOLERANCE`). Left to grow at their own rate, they would let the solvent through
-        the walls by traction over K_w: a good part of a contact film where particles press.
+        `RIGIDITY_TOLERANCE`, or to `ROUNDING`). Left to grow at their own rate, they would let
+        the solvent through the walls by traction over K_w: a good part of a contact film where
+        particles press.
         The printed control begins instead as the paper does (Sec. II B), with the whole imposed
         stress added to the tethers.
 
@@ -121,7 +128,9 @@ class Suspension:
         if self._printed and self._stress is not None:
             loaded.tether[:, :, 0] += self._stress * self._drive / self.layout.wall_spacing
             return loaded
-        bare = state.like(self.rate(loaded)).tether.ravel()
+        given = self.evaluate(loaded)
+        bare = state.like(given.rate).tether.ravel()
+        speed = self._parameters.wall.stiffness * float(np.abs(given.wall_velocity).max())
 
         def response(tether: FloatArray) -> FloatArray:
             trial = state.replace(state.vector.copy(), state.time, state.step)
@@ -130,7 +139,14 @@ class Suspension:
 
         size = bare.size
         operator = LinearOperator((size, size), matvec=response, dtype=np.float64)
-        tether, missed = gmres(operator, -bare, rtol=RIGIDITY_TOLERANCE, restart=60, maxiter=5)
+        tether, missed = gmres(
+            operator,
+            -bare,
+            rtol=RIGIDITY_TOLERANCE,
+            atol=ROUNDING * speed * np.sqrt(size),
+            restart=60,
+            maxiter=5,
+        )
         if missed:
             raise NumericalError(
                 "tether",
@@ -204,13 +220,14 @@ class Suspension:
         body_forces, film = self.body_forces(positions)
         forces = body_forces.copy()
         self._walls(forces)[:] += self.layout.wall_spacing * state.tether
-        rest = rheometer.moment(positions[:, 1], forces[:, 0], self.box.length)
+        rest = self._moment(positions, forces)
         if self._printed:
             traction = self._tethered_traction(state)
             rest -= traction * self._balance.arm
         else:
             traction = self._traction(positions, forces, rest)
-            self._walls(forces)[:, :, 0] += traction * self._drive
+            if traction:
+                self._walls(forces)[:, :, 0] += traction * self._drive
         rheometer.check_traction(traction, state.step)
         velocities = self._mobility.velocities(positions, forces)
         rate = self._rate(state, positions, velocities)
@@ -234,6 +251,15 @@ class Suspension:
         unit = np.zeros((self.layout.nodes, 2))
         unit[self.layout.particle_nodes :, 0] = self._drive.ravel()
         return unit
+
+    def _moment(self, positions: FloatArray, forces: FloatArray) -> float:
+        """Return the moment M of `softslip.rheometer`; 0 where it is not needed.
+
+        Still solvent outside carries no stress that M would have to balance.
+        """
+        if self._balance.still:
+            return 0.0
+        return rheometer.moment(positions[:, 1], forces[:, 0], self.box.length)
 
     def _tethered_traction(self, state: State) -> float:
         """Return the mean traction that the upper wall's tethers exert (printed control)."""

@@ -19,11 +19,12 @@ os.environ |= {
     "OPENBLAS_NUM_THREADS": "1",
 }
 
-unknown = sorted(set(config) - {"scenario"})
+unknown = sorted(set(config) - {"scenario", "numerics"})
 if unknown:
     raise WorkflowError(
         f"--config {unknown[0]}: is no setting of this workflow; put parameters into a "
-        "scenario file and choose it with --config scenario=NAME"
+        "scenario file and choose it with --config scenario=NAME, or a study of the numerics with "
+        "--config numerics=NAME"
     )
 
 # The name of a file in config/ without its suffix, or the path of a .yaml file anywhere.

@@ -17,7 +17,22 @@ CHANGES = {
 }
 """Figures that say what a trimming changes, with unit and meaning."""
 
-UNITS = CHANGES | {
+ELEMENT_COSTS = {
+    f"{key}_{word}": (units, f"{meaning}, {word} the element")
+    for key, (units, meaning) in {
+        "seconds": ("s / time unit", "processor time per simulated time"),
+        "evaluations": ("1 / time unit", "evaluations of the equations of motion"),
+        "nodes": ("1", "number of nodes"),
+        "pairs": ("1", "number of near pairs"),
+        "contacts": ("1", "number of pairs of contact points that may touch"),
+    }.items()
+    for word in ("with", "without")
+}
+"""Figures that say what a scene takes with an element and without it, with unit and meaning."""
+
+UNITS = {
+    **CHANGES,
+    **ELEMENT_COSTS,
     "particles": ("1", "number of particles"),
     "nodes": ("1", "number of nodes"),
     "grid_nodes": ("1", "number of nodes of the mesh scheme"),
@@ -60,6 +75,8 @@ UNITS = CHANGES | {
     "trimmed_seconds": ("s / time unit", "processor time of the work that is left"),
     "untrimmed_seconds": ("s / time unit", "processor time of the work without the trimming"),
     "saved": ("1", "share of the untrimmed run's processor time that is saved"),
+    "saved_share": ("1", "share of the processor time that is saved where the element is absent"),
+    "saved_per_evaluation": ("1", "the same of the processor time per evaluation"),
 }
 """Unit and meaning of each figure of a result, by its key."""
 
@@ -70,8 +87,16 @@ TABLES = {
     **dict.fromkeys(("grid_difference", "seed_difference", "difference_ratio"), "quantity"),
     **dict.fromkeys(("trimmed_seconds", "untrimmed_seconds", "saved"), "trimming"),
     **dict.fromkeys(CHANGES, "trimming"),
+    **dict.fromkeys((*ELEMENT_COSTS, "saved_share", "saved_per_evaluation"), "element"),
 }
 """Figures that have a value for each of some named things, and what these are."""
+
+WORDS = {
+    "scene_with": ("element", "scene that has the element"),
+    "scene_without": ("element", "scene without it"),
+    "switched_off": ("element", "what is switched off where the element is absent"),
+}
+"""Tables of words, what they say each about, and what they mean."""
 
 SERIES = "series"
 """Key of the mapping of observables to their values for each run and ``time``."""
@@ -81,9 +106,10 @@ def as_dataset(result: Mapping[str, Any]) -> xr.Dataset:
     """Return a benchmark's result as a dataset.
 
     Lists become variables over ``particles``, the tables of `TABLES` variables over what they
-    name, those of `SERIES` variables over ``run`` and ``time``, and the entries of other nested
-    mappings variables named after both keys, such as ``own_ratio``. Words become attributes. A
-    table has NaN for what only the first one names.
+    name, those of `WORDS` coordinates over the same, those of `SERIES` variables over ``run`` and
+    ``time``, and the entries of other nested mappings variables named after both keys, such as
+    ``own_ratio``. Single words become attributes. A table has NaN for what only the first one
+    names.
 
     Parameters
     ----------
@@ -96,11 +122,17 @@ def as_dataset(result: Mapping[str, Any]) -> xr.Dataset:
         When a figure has no unit in `UNITS`.
     """
     variables: dict[str, xr.DataArray] = {}
+    coordinates: dict[str, xr.DataArray] = {}
     words: dict[str, str] = {}
     orders: dict[str, list[str]] = {}
     for key, value in result.items():
         if isinstance(value, str):
             words[key] = value
+        elif key in WORDS:
+            dim, meaning = WORDS[key]
+            coordinates[key] = xr.DataArray(
+                list(value.values()), {dim: list(value)}, dim, attrs={"long_name": meaning}
+            )
         elif key in TABLES:
             # Later tables may lack an entry; left to itself, joining them would sort the names.
             order = orders.setdefault(TABLES[key], list(value))
@@ -114,7 +146,7 @@ def as_dataset(result: Mapping[str, Any]) -> xr.Dataset:
                 variables[f"{key}_{inner}"] = _variable(inner, figure)
         else:
             variables[key] = _variable(key, value)
-    return xr.Dataset(variables, attrs=words)
+    return xr.Dataset(variables, coordinates, words)
 
 
 def _attributes(key: str) -> dict[str, str]:

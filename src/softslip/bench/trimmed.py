@@ -1,21 +1,19 @@
-"""Scenes with and without what the product leaves out of a run, and what their runs take."""
+"""Scenes as the product treats them and otherwise, what their runs take, and how both compare."""
 
 import time
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from softslip import shear, steric
+from softslip import shear
 from softslip.bench import scenes
 from softslip.bench.mobility import difference
 from softslip.bench.trajectory import Series
-from softslip.chains import carry_back, lagrange_weights, refine
-from softslip.contacts import Contacts
 from softslip.errors import SoftslipError
-from softslip.geometry import FloatArray, IntArray, Layout
+from softslip.expansion import expand
+from softslip.geometry import FloatArray, IntArray
 from softslip.mobility.ewald import EwaldMobility
-from softslip.neighbours import VerletList, find_pairs, refined_pairs
+from softslip.packing import pack
 from softslip.parameters import Parameters, split_length
 from softslip.record import Observer
 from softslip.state import State
@@ -23,6 +21,12 @@ from softslip.suspension import Evaluation, Suspension
 
 RATES = ("shear_rate_wall", "shear_rate_bulk", "slip_velocity")
 """Observables that no trimming may change."""
+
+MARGIN = 3.0
+"""Distance from the walls where the bulk begins: small boxes have none of 5 [mean radius]."""
+
+DILUTE = 0.3
+"""Area fraction at which particles are apart."""
 
 SHORTER_SPLIT = 0.8
 """Factor on the split length, for the error of the sums: there may be no room for a longer one."""
@@ -54,69 +58,41 @@ class Run:
     rates: Rates
 
 
-class Searching:
-    """Contact forces without the trimmings of `Contacts`: points of all bodies, a new search.
+@dataclass(frozen=True)
+class Row:
+    """One trimming: core-seconds per time unit with and without it, and what it changes.
 
-    Parameters
+    Attributes
     ----------
-    parameters, layout
-        Of the run.
-    keep
-        Whether node pairs are listed with a skin and kept, so that only the points remain.
+    trimmed, untrimmed
+        Core-seconds per time unit of the work in question.
+    whole
+        Core-seconds per time unit of the run that has the trimming.
+    change
+        Relative change of `RATES` by the trimming.
+    error
+        Relative error of the estimate of `RATES`, from which a change must not stand out.
     """
 
-    def __init__(self, parameters: Parameters, layout: Layout, *, keep: bool) -> None:
-        given = parameters.steric
-        self._layout, self._factor, self._range = layout, given.refinement, given.length
-        self._length = parameters.channel.length
-        self._strength = steric.contact_strength(given.energy, given.reading)
-        self._interpolation = lagrange_weights(given.refinement)
-        self._jump = np.zeros(layout.particles + 2)
-        self._jump[-2:] = self._length
-        self._weights = np.repeat(layout.weights, self._factor) / self._factor
-        # A point lies within a node spacing of its node.
-        self._reach = given.length + 2 * float(layout.weights.max())
-        skin = 0.5 * given.length
-        self._list = VerletList(self._length, self._reach, skin) if keep else None
+    trimmed: float
+    untrimmed: float
+    whole: float
+    change: Rates
+    error: Rates
 
-    def node_pairs(self, positions: FloatArray) -> tuple[IntArray, IntArray]:
-        """Return the pairs of nodes whose points may touch."""
-        layout = self._layout
-        if self._list is not None:
-            return self._list.pairs(positions, layout.body, layout.particles)
-        return find_pairs(positions, layout.body, layout.particles, self._length, self._reach)
-
-    def add_forces(self, positions: FloatArray, forces: FloatArray) -> float:
-        """Add the contact forces and return the smallest film; see `Contacts`."""
-        layout, every = self._layout, np.ones(self._layout.particles + 2, np.bool_)
-        points = np.empty((self._factor * len(positions), 2))
-        refine(positions, layout.chains, self._jump, every, self._interpolation, points)
-        starts, partners = refined_pairs(
-            points,
-            positions,
-            *self.node_pairs(positions),
-            layout.body,
-            self._factor,
-            self._length,
-            self._reach,
-            self._range,
-        )
-        on_points = np.zeros_like(points)
-        film = steric.add_contacts(
-            points,
-            self._weights,
-            starts,
-            partners,
-            self._length,
-            self._range,
-            self._strength,
-            on_points,
-        )
-        carry_back(on_points, layout.chains, every, self._interpolation, forces)
-        return film
+    def figures(self) -> dict[str, float]:
+        """Return all figures by name; ``saved`` is the share of the untrimmed run's cost."""
+        saved = self.untrimmed - self.trimmed
+        return {
+            "trimmed_seconds": self.trimmed,
+            "untrimmed_seconds": self.untrimmed,
+            "saved": saved / (self.whole + saved),
+            **{f"{key}_change": value for key, value in self.change.items()},
+            **{f"{key}_error": value for key, value in self.error.items()},
+        }
 
 
-class _Counted:
+class Counted:
     """A source of node pairs that counts how often it is asked."""
 
     def __init__(self, solver: EwaldMobility) -> None:
@@ -124,6 +100,7 @@ class _Counted:
         self.count = 0
 
     def __call__(self, positions: FloatArray) -> tuple[IntArray, IntArray]:
+        """Return the near pairs of the solver, and count."""
         self.count += 1
         return self._solver.near_pairs(positions)
 
@@ -208,12 +185,37 @@ class Trimmed:
         }
 
 
+def dense_scene(particles: int, fidelity: str, ageing: float, shearing: float) -> scenes.Scene:
+    """Return the sheared scene of all benchmarks with a bulk to fit a line to."""
+    scene, _ = scenes.flowing(particles, fidelity, ageing, shearing)
+    recording = {"bulk_margin": MARGIN}
+    return replace(scene, parameters=scenes.parameters_of(particles, fidelity, recording=recording))
+
+
+def dilute_scene(particles: int, fidelity: str) -> scenes.Scene:
+    """Return fewer particles in the same channel, round and apart, under the same stress."""
+    parameters = scenes.parameters_of(
+        particles,
+        fidelity,
+        suspension={"area_fraction": DILUTE},
+        recording={"bulk_margin": MARGIN},
+    )
+    membranes = expand(pack(parameters), parameters)
+    return scenes.scene_of(membranes.rename(area="reference_area"), parameters)
+
+
+def same_state(scene: scenes.Scene, parameters: Parameters) -> scenes.Scene:
+    """Return the same nodes at the same instant under other parameters."""
+    suspension = shear.assemble(parameters, scene.layout, stress=parameters.rheometer.stress)
+    return replace(scene, parameters=parameters, suspension=suspension)
+
+
 def run_of(scene: scenes.Scene, duration: float) -> Run:
     """Run a scene as its stage would, with its observables, and return what it took."""
     solver = scenes.plain_sum(scene.parameters, scene.layout)
     cores = []
     for _ in range(REPEATS):
-        pairs = _Counted(solver)
+        pairs = Counted(solver)
         series = Series(scene.parameters, scene.layout)
         suspension = assembled(scene, solver, pairs)
         edges = scene.state.time + np.array([0.0, duration])
@@ -243,7 +245,7 @@ def _ignore(*_: State | Evaluation | float) -> None:
 
 
 def assembled(
-    scene: scenes.Scene, solver: EwaldMobility, pairs: _Counted | None = None
+    scene: scenes.Scene, solver: EwaldMobility, pairs: Counted | None = None
 ) -> Suspension:
     """Return a scene's equations of motion around a solver whose list the contacts share."""
     return Suspension(
@@ -253,14 +255,6 @@ def assembled(
         stress=scene.parameters.rheometer.stress,
         near_pairs=(pairs or solver.near_pairs, solver.reach),
     )
-
-
-def with_contacts(scene: scenes.Scene, contacts: Contacts | Searching) -> Suspension:
-    """Return a scene's equations of motion with other contacts."""
-    suspension: Any = assembled(scene, scenes.plain_sum(scene.parameters, scene.layout))
-    suspension._contacts = contacts
-    given: Suspension = suspension
-    return given
 
 
 def relative_change(trimmed: Rates, untrimmed: Rates) -> Rates:

@@ -1,7 +1,6 @@
 """What is saved by work that the product leaves out, and that the flow stays the same."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -10,30 +9,23 @@ from softslip import shear
 from softslip.bench import scenes
 from softslip.bench.timing import Tell, alternately, silent
 from softslip.bench.trimmed import (
+    MARGIN,
     RATES,
-    Rates,
-    Searching,
+    Row,
     Trimmed,
     assembled,
+    dense_scene,
+    dilute_scene,
     relative_change,
     run_of,
-    with_contacts,
+    same_state,
 )
-from softslip.contacts import Contacts
-from softslip.expansion import expand
+from softslip.bench.trimming_contacts import contacts_row, own_contacts, shared_list_row
 from softslip.geometry import FloatArray
-from softslip.mobility.ewald import EwaldMobility
-from softslip.packing import pack
 from softslip.parameters import Parameters
-
-MARGIN = 3.0
-"""Distance from the walls where the bulk begins: small boxes have none of 5 [mean radius]."""
 
 DURATION = 2.0
 """Time over which costs and rates are taken [time unit]."""
-
-DILUTE = 0.3
-"""Area fraction at which particles are apart."""
 
 FINER = 0.25
 """Factor on the tolerance of a step, for the error of the steps."""
@@ -51,40 +43,6 @@ BASES = {
     "shared list": "sums",
 }
 """Trimmings, and which error of the estimate stands beside what each changes."""
-
-
-@dataclass(frozen=True)
-class Row:
-    """One trimming: core-seconds per time unit with and without it, and what it changes.
-
-    Attributes
-    ----------
-    trimmed, untrimmed
-        Core-seconds per time unit of the work in question.
-    whole
-        Core-seconds per time unit of the run that has the trimming.
-    change
-        Relative change of `RATES` by the trimming.
-    error
-        Relative error of the estimate of `RATES`, from which a change must not stand out.
-    """
-
-    trimmed: float
-    untrimmed: float
-    whole: float
-    change: Rates
-    error: Rates
-
-    def figures(self) -> dict[str, float]:
-        """Return all figures by name; ``saved`` is the share of the untrimmed run's cost."""
-        saved = self.untrimmed - self.trimmed
-        return {
-            "trimmed_seconds": self.trimmed,
-            "untrimmed_seconds": self.untrimmed,
-            "saved": saved / (self.whole + saved),
-            **{f"{key}_change": value for key, value in self.change.items()},
-            **{f"{key}_error": value for key, value in self.error.items()},
-        }
 
 
 def bench_trimming(
@@ -139,26 +97,26 @@ def bench_trimming(
         When there is no such scene, or a run fails.
     """
     tell(f"making {particles} aged and sheared particles at fidelity {fidelity}")
-    dense_scene = _dense_scene(particles, fidelity, ageing, shearing)
-    dilute_scene = _dilute_scene(particles, fidelity)
+    close = dense_scene(particles, fidelity, ageing, shearing)
+    apart = dilute_scene(particles, fidelity)
     tell(f"running both scenes for {duration:g} time units")
-    dense, dilute = Trimmed(dense_scene, duration), Trimmed(dilute_scene, duration)
+    dense, dilute = Trimmed(close, duration), Trimmed(apart, duration)
     tell("running with the outer gap of the paper")
     rows = {"outer gap": _outer_gap(dense, duration)}
     works: dict[str, Callable[[], Row]] = {
         "1D profile": lambda: _profile(dense, budget),
         "2D fields": lambda: _fields(dense, budget),
-        "contact points": lambda: _contacts(dilute, budget, keep=True),
-        "contact search": lambda: _contacts(dilute, budget, keep=False),
+        "contact points": lambda: contacts_row(dilute, budget, keep=True),
+        "contact search": lambda: contacts_row(dilute, budget, keep=False),
         "rigid pairs": lambda: _rigid(dense, budget),
-        "shared list": lambda: _shared(dense, budget),
+        "shared list": lambda: shared_list_row(dense, budget),
     }
     for name, work in works.items():
         tell(f"comparing with and without: {name}")
         rows[name] = work()
     tables = {name: row.figures() for name, row in rows.items()}
     run = dense.run
-    listed = _own_contacts(dilute).listed(dilute.evaluation.positions)
+    listed = own_contacts(dilute).listed(dilute.evaluation.positions)
     return {
         "bench": "trimming",
         "particles": particles,
@@ -172,25 +130,6 @@ def bench_trimming(
         "dilute": {"core_seconds": dilute.run.core_seconds, "pairs": listed},
         **{key: {name: tables[name][key] for name in BASES} for key in tables["outer gap"]},
     }
-
-
-def _dense_scene(particles: int, fidelity: str, ageing: float, shearing: float) -> scenes.Scene:
-    """Return the sheared scene of all benchmarks with a bulk to fit a line to."""
-    scene, _ = scenes.flowing(particles, fidelity, ageing, shearing)
-    recording = {"bulk_margin": MARGIN}
-    return replace(scene, parameters=scenes.parameters_of(particles, fidelity, recording=recording))
-
-
-def _dilute_scene(particles: int, fidelity: str) -> scenes.Scene:
-    """Return fewer particles in the same channel, round and apart, under the same stress."""
-    parameters = scenes.parameters_of(
-        particles,
-        fidelity,
-        suspension={"area_fraction": DILUTE},
-        recording={"bulk_margin": MARGIN},
-    )
-    membranes = expand(pack(parameters), parameters)
-    return scenes.scene_of(membranes.rename(area="reference_area"), parameters)
 
 
 def _outer_gap(dense: Trimmed, duration: float) -> Row:
@@ -209,7 +148,7 @@ def _outer_gap(dense: Trimmed, duration: float) -> Row:
         recording=recording,
         time_stepping={"tolerance": FINER * given.time_stepping.tolerance},
     )
-    untrimmed, finer = (run_of(_same_state(scene, each), duration) for each in (wide, fine))
+    untrimmed, finer = (run_of(same_state(scene, each), duration) for each in (wide, fine))
     steps, sums = relative_change(dense.run.rates, finer.rates), dense.sum_error()
     return Row(
         trimmed=dense.run.core_seconds,
@@ -218,12 +157,6 @@ def _outer_gap(dense: Trimmed, duration: float) -> Row:
         change=relative_change(dense.run.rates, untrimmed.rates),
         error={key: steps[key] + sums[key] for key in RATES},
     )
-
-
-def _same_state(scene: scenes.Scene, parameters: Parameters) -> scenes.Scene:
-    """Return the same nodes at the same instant under other parameters."""
-    suspension = shear.assemble(parameters, scene.layout, stress=parameters.rheometer.stress)
-    return replace(scene, parameters=parameters, suspension=suspension)
 
 
 def _profile(dense: Trimmed, budget: float) -> Row:
@@ -280,54 +213,6 @@ def field_points(parameters: Parameters) -> FloatArray:
     return np.stack(np.meshgrid(*sides), axis=-1).reshape(-1, 2)
 
 
-def _own_contacts(trimmed: Trimmed, solver: EwaldMobility | None = None) -> Contacts:
-    """Return the contacts of a scene, on the list of a solver if one is given."""
-    shared = (solver.near_pairs, solver.reach) if solver else None
-    return Contacts(trimmed.scene.parameters, trimmed.scene.layout, shared)
-
-
-def _search_seconds(trimmed: Trimmed, budget: float) -> dict[str, float]:
-    """Return what a search for contacts takes on the list of the near sum, and without it [s]."""
-    positions, solver = trimmed.evaluation.positions, trimmed.solver()
-    solver.near_pairs(positions)
-    seconds = alternately(
-        {
-            "none": lambda: _own_contacts(trimmed),
-            "shared": lambda: _own_contacts(trimmed, solver).listed(positions),
-            "own": lambda: _own_contacts(trimmed).listed(positions),
-        },
-        budget,
-    )
-    return {name: seconds[name] - seconds["none"] for name in ("shared", "own")}
-
-
-def _contacts(dilute: Trimmed, budget: float, *, keep: bool) -> Row:
-    scene, run, positions = dilute.scene, dilute.run, dilute.evaluation.positions
-    product = _own_contacts(dilute, dilute.solver())
-    searching = Searching(scene.parameters, scene.layout, keep=keep)
-    forces = np.zeros_like(positions)
-    seconds = alternately(
-        {
-            "trimmed": lambda: product.add_forces(positions, forces),
-            "untrimmed": lambda: searching.add_forces(positions, forces),
-        },
-        budget,
-    )
-    search = _search_seconds(dilute, budget)
-    # Without a kept list every evaluation has already searched.
-    listing = run.searches * search["own"] if keep else 0.0
-    return Row(
-        trimmed=run.evaluations * seconds["trimmed"] + run.searches * search["shared"],
-        untrimmed=run.evaluations * seconds["untrimmed"] + listing,
-        whole=run.core_seconds,
-        change=relative_change(
-            dilute.measured(with_contacts(scene, product)),
-            dilute.measured(with_contacts(scene, searching)),
-        ),
-        error=dilute.sum_error(),
-    )
-
-
 def _rigid(dense: Trimmed, budget: float) -> Row:
     positions, forces = dense.evaluation.positions, dense.evaluation.forces
     once, every = dense.solver(), dense.solver(rigid=False)
@@ -345,20 +230,6 @@ def _rigid(dense: Trimmed, budget: float) -> Row:
         change=relative_change(
             dense.measured(assembled(dense.scene, once)),
             dense.measured(assembled(dense.scene, every)),
-        ),
-        error=dense.sum_error(),
-    )
-
-
-def _shared(dense: Trimmed, budget: float) -> Row:
-    seconds = _search_seconds(dense, budget)
-    return Row(
-        trimmed=dense.run.searches * seconds["shared"],
-        untrimmed=dense.run.searches * seconds["own"],
-        whole=dense.run.core_seconds,
-        change=relative_change(
-            dense.measured(with_contacts(dense.scene, _own_contacts(dense, dense.solver()))),
-            dense.measured(with_contacts(dense.scene, _own_contacts(dense))),
         ),
         error=dense.sum_error(),
     )

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 import xarray as xr
 from rich.console import Console
+from rich.markdown import Markdown
 from rich.table import Table
 
 from softslip.cli.common import AsJson, one_line_errors
@@ -40,7 +41,7 @@ def _bench_table(dataset: xr.Dataset) -> Table:
     for count in dataset["particles"].values.ravel():
         table.add_column(str(count), justify="right")
     for name, variable in dataset.data_vars.items():
-        if {"time", "trimming"} & set(variable.dims):
+        if {"time", "trimming", "element"} & set(variable.dims):
             continue
         dim = next((dim for dim in variable.dims if dim != "particles"), None)
         for label in [""] if dim is None else variable[dim].values:
@@ -83,6 +84,10 @@ def _show_bench(result: Mapping[str, Any], as_json: bool, output: Path | None) -
     console.print(_bench_table(dataset))
     if "trimming" in dataset.dims:
         console.print(_trimming_table(dataset))
+    if "element" in dataset.dims:
+        from softslip.bench import elements_table
+
+        console.print(Markdown(elements_table(dataset)))
 
 
 @app.command(name="mobility")
@@ -163,6 +168,22 @@ def bench_trimming_command(
     from softslip.bench import bench_trimming
 
     result = bench_trimming(particles, fidelity, budget=budget, tell=_tell)
+    _show_bench(result, as_json, output)
+
+
+@app.command(name="elements")
+@one_line_errors
+def bench_elements_command(
+    particles: Particles = 100,
+    fidelity: Fidelity = "standard",
+    budget: Budget = 2.0,
+    as_json: AsJson = False,
+    output: Measured = None,
+) -> None:
+    """Measure what each element of a scene costs, and what is left out where it is absent."""
+    from softslip.bench import bench_elements
+
+    result = bench_elements(particles, fidelity, budget=budget, tell=_tell)
     _show_bench(result, as_json, output)
 
 

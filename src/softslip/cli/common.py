@@ -8,7 +8,9 @@ from typing import Annotated, Any
 
 import typer
 
+from softslip.accuracy import cheapest
 from softslip.errors import ConfigError, SoftslipError
+from softslip.parameters import Parameters
 from softslip.sweep import Scenario, StageRun
 
 CONFIG_EXIT, FAILURE_EXIT = 2, 1
@@ -54,3 +56,9 @@ def find_run(scenario: Scenario, stage: str, run: str) -> StageRun:
         limit = f"is the beginning of {len(found)} {stage} runs of scenario {scenario.name}"
         raise ConfigError("run", run, limit, f"list them with: softslip runs {scenario.name}")
     return found[0]
+
+
+def tell_choice(parameters: Parameters) -> None:
+    """Say on standard error which settings a wanted accuracy has picked."""
+    if parameters.accuracy is not None:
+        print(f"accuracy {parameters.accuracy:g}: {cheapest(parameters.accuracy)}", file=sys.stderr)

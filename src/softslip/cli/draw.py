@@ -23,6 +23,11 @@ FIGURES: Mapping[str, tuple[str, ...]] = {
     "snapshot": ("shear",),
     "benchmark": ("bench/scaling", "bench", ANY_MORE),
     "trajectory": ("bench/trajectory",),
+    "validation": ("validation", ANY_MORE),
+    "tradeoff": ("tradeoff",),
+    "extrapolation": ("tradeoff",),
+    "stability_map": ("stability_map",),
+    "stability_limit": ("limits",),
 }
 """Figures, and the datasets that each shows: their stage, or their stage and run."""
 

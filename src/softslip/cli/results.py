@@ -10,7 +10,7 @@ import xarray as xr
 from rich.console import Console
 from rich.table import Table
 
-from softslip.cli.common import Output, Results, ScenarioName, one_line_errors
+from softslip.cli.common import Output, Results, ScenarioName, one_line_errors, tell_choice
 from softslip.errors import ConfigError
 from softslip.reference import write_references
 from softslip.stages import STAGES
@@ -86,6 +86,8 @@ def runs(scenario: ScenarioName, results: Results = None) -> None:
             *values, *(f"{run.ids[s]} {'✓' if files[s].exists() else ' '}" for s in STAGES)
         )
     Console(width=None if sys.stdout.isatty() else 160).print(table)
+    for parameters in {run.parameters.accuracy: run.parameters for run in loaded.runs()}.values():
+        tell_choice(parameters)
 
 
 @app.command()

@@ -16,6 +16,7 @@ from softslip.cli.common import (
     Threads,
     find_run,
     one_line_errors,
+    tell_choice,
 )
 from softslip.parameters import Parameters
 from softslip.progress import Report, progress_report
@@ -24,6 +25,13 @@ from softslip.storage import read_dataset, write_dataset
 from softslip.sweep import StageRun, load_scenario
 
 app = typer.Typer()
+
+
+def _found(scenario: str, stage: str, run: str) -> StageRun:
+    """Return a run, and say which settings its wanted accuracy has picked."""
+    row = find_run(load_scenario(scenario), stage, run)
+    tell_choice(row.parameters)
+    return row
 
 
 def _write_stage(dataset: xr.Dataset, row: StageRun, output: Path) -> None:
@@ -45,7 +53,7 @@ def packing(scenario: ScenarioName, run: RunName, output: Output) -> None:
     """Pack discs with LAMMPS."""
     from softslip.packing import pack
 
-    row = find_run(load_scenario(scenario), "packing", run)
+    row = _found(scenario, "packing", run)
     _write_stage(pack(row.parameters), row, output)
 
 
@@ -58,7 +66,7 @@ def _continue(
     work: Callable[[xr.Dataset, Parameters, Report], xr.Dataset],
 ) -> None:
     """Run a stage on the result of the stage before, showing its progress."""
-    row = find_run(load_scenario(scenario), stage, run)
+    row = _found(scenario, stage, run)
     before = read_dataset(parent, stage=STAGES[STAGES.index(stage) - 1], run=row.parent)
     with progress_report(stage) as report:
         result = work(before, row.parameters, report)

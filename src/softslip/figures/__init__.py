@@ -8,16 +8,24 @@ from softslip.figures.benchmark import benchmark
 from softslip.figures.drawing import save_figure
 from softslip.figures.membranes import snapshot
 from softslip.figures.rheology import flow_curves
+from softslip.figures.stability import stability_limit, stability_map
+from softslip.figures.tradeoff import extrapolation, tradeoff
 from softslip.figures.trajectory import trajectory
 from softslip.figures.transient import creep
+from softslip.figures.validation import validation
 from softslip.figures.velocity import profiles
 
 __all__ = [
     "benchmark",
     "creep",
+    "extrapolation",
     "flow_curves",
     "profiles",
     "save_figure",
     "snapshot",
+    "stability_limit",
+    "stability_map",
+    "tradeoff",
     "trajectory",
+    "validation",
 ]

@@ -1,7 +1,8 @@
 """Time steppers: they advance a vector and know nothing of what it means."""
 
 from softslip.integrators.chebyshev import rkc2
-from softslip.integrators.stepping import Accuracy, Integrator, Memory, Rate, Step, Vector, euler
+from softslip.integrators.explicit import euler
+from softslip.integrators.stepping import Accuracy, Integrator, Memory, Rate, Step, Vector
 
 __all__ = [
     "INTEGRATORS",

@@ -89,7 +89,7 @@ def rkc2(
                 vector=trial.vector,
                 time=end,
                 rate=trial.rate,
-                memory=replace(memory, step=step, age=memory.age + 1),
+                memory=replace(memory, step=step).older(),
                 error=trial.error,
                 stages=stages,
                 evaluations=counted.evaluations,
@@ -100,7 +100,7 @@ def rkc2(
             if trial.error < math.inf:  # the mode that grew tells best where to look
                 memory = replace(memory, direction=trial.estimate)
             memory, fresh = with_radius(counted, origin, memory, accuracy.scale), True
-    raise _exhausted(time, dt, trial) from trial.cause
+    raise _exhausted(time, dt, trial, accuracy.scale) from trial.cause
 
 
 class _Counted:
@@ -126,8 +126,8 @@ class _Trial:
     cause: NumericalError | None = None
 
 
-def _reach(stages: int) -> float:
-    """Stable Δt times spectral radius of ``stages`` stages.
+def reach(stages: int) -> float:
+    """Return the stable Δt times spectral radius of a number of stages.
 
     The asymptotic form for many stages, at most the exact (1 + w₀)/w₁ for any number.
     """
@@ -136,12 +136,12 @@ def _reach(stages: int) -> float:
 
 def _longest_stable(radius: float) -> float:
     """Longest step that `MOST_STAGES` stages keep stable."""
-    return _reach(MOST_STAGES) / (RADIUS_SAFETY * radius) if radius > 0.0 else math.inf
+    return reach(MOST_STAGES) / (RADIUS_SAFETY * radius) if radius > 0.0 else math.inf
 
 
 def _stages(stiffness: float) -> int:
     """Fewest stages that are stable at Δt times the spectral radius."""
-    square = 1.0 + RADIUS_SAFETY * stiffness * 3.0 / _reach(2)
+    square = 1.0 + RADIUS_SAFETY * stiffness * 3.0 / reach(2)
     # At the longest stable step rounding may ask for one stage more than there is.
     return min(max(2, math.ceil(math.sqrt(square))), MOST_STAGES)
 
@@ -180,24 +180,27 @@ def _check_advances(time: float, end: float, dt: float) -> None:
         )
 
 
-def _exhausted(time: float, dt: float, trial: _Trial) -> NumericalError:
-    """Say why no trial was accepted and what to change."""
+def _exhausted(time: float, dt: float, trial: _Trial, scale: Vector) -> NumericalError:
+    """Say where no trial was accepted, why, and what to change."""
+    what = f"no step is found at time {time:.6g}: rejected {MOST_REJECTIONS} trial steps in a row"
     if trial.error < math.inf:
-        why = (
-            f"its local error is {trial.error:.3g} times the tolerance: the rate jumps there; set "
-            "a larger time_stepping.tolerance or a larger scale"
-        )
-    else:
-        why = (
-            "it left the range in which the rate has a value; start again from an earlier record "
-            "with a smaller time_stepping.tolerance"
+        return NumericalError(
+            "state",
+            int(np.argmax(np.abs(trial.estimate) / scale)),
+            0,
+            f"{what}, the last of {dt:.3g} because its local error there is {trial.error:.3g} "
+            "times the tolerance: the rate jumps there; set a smaller hydrodynamics.node_spacing "
+            "or a larger steric.refinement if a film is thin there, otherwise a larger "
+            "time_stepping.tolerance",
         )
     return NumericalError(
         "step_size",
         0,
         0,
-        f"rejected {MOST_REJECTIONS} trial steps in a row at time {time:.6g}, the last of "
-        f"{dt:.3g} because {why}",
+        f"{what}, the last of {dt:.3g} because it left the range in which the rate has a value; "
+        "start again from an earlier record with a smaller hydrodynamics.node_spacing, as films "
+        "between nodes that are too far apart collapse, and then a smaller "
+        "time_stepping.tolerance",
     )
 
 
@@ -284,6 +287,22 @@ def _estimate(
         spoilt += 0.0 * value
         largest = max(largest, abs(value) / scale[i])
     return largest if spoilt == 0.0 else np.inf
+
+
+def fixed_step(rate: Rate, vector: Vector, time: float, dt: float, stages: int) -> Vector:
+    """Return what one step of a given length and number of stages leads to, whatever its error.
+
+    It has nothing of `rkc2` but the scheme: no control of steps, no choice of stages. What is not
+    finite is left for the caller to see.
+
+    Raises
+    ------
+    NumericalError
+        If the rate does.
+    """
+    origin = Origin(vector, time, rate(vector, time))
+    anything = Accuracy(math.inf, np.ones_like(vector))
+    return _chebyshev(rate, origin, dt, time + dt, stages, anything).vector
 
 
 def _attempt(

@@ -30,7 +30,8 @@ def no_rate(time: float) -> NumericalError:
         0,
         0,
         f"the rate is not finite at time {time:.6g} or right next to it, so that no step is short "
-        "enough; start again from an earlier record with a smaller time_stepping.tolerance",
+        "enough; start again from an earlier record with a smaller hydrodynamics.node_spacing, "
+        "and then a smaller time_stepping.tolerance ('rkc2') or time_stepping.step ('euler')",
     )
 
 
@@ -43,12 +44,28 @@ def _norm(vector: Vector, scale: Vector) -> float:
     return math.sqrt(total / vector.size)
 
 
-def with_radius(rate: Rate, origin: Origin, memory: Memory, scale: Vector) -> Memory:
-    """Return the memory with the spectral radius estimated at the origin of the step."""
+def with_radius(
+    rate: Rate,
+    origin: Origin,
+    memory: Memory,
+    scale: Vector,
+    unconverged_safety: float = UNCONVERGED_SAFETY,
+) -> Memory:
+    """Return the memory with the spectral radius estimated at the origin of the step.
+
+    An estimate that is to bound the radius from above takes the default safety, one that is to
+    bound it from below takes 1.
+
+    Raises
+    ------
+    NumericalError
+        If the rate is not finite there or next to it.
+    """
     if not np.isfinite(origin.rate).all():
         raise no_rate(origin.time)
     try:
-        radius, direction = _spectral_radius(rate, origin, _start(origin, memory, scale), scale)
+        start = _start(origin, memory, scale)
+        radius, direction = _spectral_radius(rate, origin, start, scale, unconverged_safety)
     except NumericalError as cause:
         raise no_rate(origin.time) from cause
     return replace(memory, radius=radius, age=0, direction=direction)
@@ -79,7 +96,7 @@ def _rough(scale: Vector) -> Vector:
 
 
 def _spectral_radius(
-    rate: Rate, origin: Origin, start: Vector, scale: Vector
+    rate: Rate, origin: Origin, start: Vector, scale: Vector, unconverged_safety: float
 ) -> tuple[float, Vector]:
     """Estimate the spectral radius of the Jacobian by a nonlinear power iteration.
 
@@ -88,7 +105,7 @@ def _spectral_radius(
     direction. Sizes are root mean squares in units of the scale, whose convergence is smoother
     than that of a largest component. A component of infinite scale is displaced like the others
     but does not count in them. If the iteration does not settle, as for a pair of complex
-    eigenvalues, the largest value seen is taken with `UNCONVERGED_SAFETY`.
+    eigenvalues, the largest value seen is taken with ``unconverged_safety``.
 
     Returns
     -------
@@ -111,4 +128,4 @@ def _spectral_radius(
         if abs(radius - before) <= RADIUS_CHANGE * radius:
             return radius, direction
         largest = max(largest, radius)
-    return UNCONVERGED_SAFETY * largest, direction
+    return unconverged_safety * largest, direction

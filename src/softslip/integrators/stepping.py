@@ -1,8 +1,8 @@
-"""What steppers take and give, and the explicit scheme of the paper."""
+"""What steppers take and give."""
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numba as nb
@@ -35,7 +35,7 @@ class Memory:
         Accepted steps since that estimate.
     direction
         Vector along which the rate changes fastest: where the next power iteration starts. Of size
-        0 before the first estimate, and always for `euler`.
+        0 before the first estimate.
     """
 
     step: float
@@ -47,6 +47,10 @@ class Memory:
     def start(cls, step: float) -> "Memory":
         """Return the memory of a run that has not begun and would like ``step`` first."""
         return cls(step=step, radius=0.0, age=0, direction=np.empty(0))
+
+    def older(self) -> "Memory":
+        """Return the same memory after one more accepted step."""
+        return replace(self, age=self.age + 1)
 
 
 @dataclass(frozen=True)
@@ -159,32 +163,3 @@ def landing(time: float, until: float, wanted: float) -> tuple[float, float]:
         return until - time, until
     dt = (until - time) / count
     return dt, time + dt
-
-
-def euler(
-    rate: Rate,
-    vector: Vector,
-    time: float,
-    first_rate: Vector,
-    memory: Memory,
-    accuracy: Accuracy,
-    until: float,
-    largest: float,
-) -> Step:
-    """Explicit Euler, first order: y + Δt rate(y, t) (Eq. 17), as `Integrator` describes.
-
-    The step is ``memory.step``, whatever ``accuracy`` and ``largest`` say, and what is not finite
-    is left for the caller to see.
-    """
-    dt, end = landing(time, until, memory.step)
-    advanced = vector + dt * first_rate
-    return Step(
-        vector=advanced,
-        time=end,
-        rate=rate(advanced, end),
-        memory=memory,
-        error=0.0,
-        stages=1,
-        evaluations=1,
-        rejections=0,
-    )

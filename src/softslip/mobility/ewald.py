@@ -82,7 +82,7 @@ class EwaldMobility:
     """Regularised Stokes flow between nodes in a doubly periodic box, as an Ewald sum.
 
     Nodes must lie within the channel: the near sum sees images along x, but none across the
-    outer gap, which must not be thinner than its reach (`softslip.parameters` checks both).
+    outer gap, which must not be thinner than its reach (`softslip.checks` sees to both).
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ class EwaldMobility:
     split
         Split length a > ε [length unit]: the near sum reaches no farther than `EWALD_REACH` times
         a. A longer one moves work from the far to the near sum and changes the result by the error
-        of the sums only, about 1e-4; see `softslip.parameters.best_split`.
+        of the sums only, about 1e-4; see `softslip.derived.best_split`.
     rigid
         Reference positions of wall nodes, shape (rows, 2), the lower wall's and then as many of
         the upper one's. They are the last nodes of every call, each wall displaced as a whole
@@ -201,7 +201,11 @@ class EwaldMobility:
     def near_pairs(self, positions: FloatArray) -> tuple[IntArray, IntArray]:
         """Return the pairs of nodes that may be within the reach, rigid ones left out."""
         count = len(positions)
-        return self._list.pairs(positions, np.arange(count), count - self._rigid.nodes)
+        free = count - self._rigid.nodes
+        if not free:
+            # Between walls alone, whose pairs are rigid: nothing to search for, or to keep.
+            return np.zeros(count + 1, np.int64), np.empty(0, np.int64)
+        return self._list.pairs(positions, np.arange(count), free)
 
     def _listed_pairs(self, positions: FloatArray) -> tuple[IntArray, IndexArray]:
         """Return the same pairs with small indices."""

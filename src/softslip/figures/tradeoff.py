@@ -1,0 +1,269 @@
+"""Error against cost of all settings, and rates against the regularisation length."""
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from softslip.figures.drawing import COLOURS, WIDE, grid_of_panels, note, sequence, styled
+
+SYMBOLS = {
+    "slip_velocity": r"V_\mathrm{s}",
+    "shear_rate_wall": r"\dot\gamma_\mathrm{wall}",
+    "shear_rate_bulk": r"\dot\gamma_\mathrm{bulk}",
+}
+"""How quantities are written."""
+
+UNITS = {
+    "slip_velocity": "length unit / time unit",
+    "shear_rate_wall": "1 / time unit",
+    "shear_rate_bulk": "1 / time unit",
+}
+"""And their units."""
+
+DRAWN = ("slip_velocity", "shear_rate_bulk")
+"""Quantities that are drawn over the regularisation length."""
+
+MARKERS = {"mesh": "s", "other": "x"}
+"""Markers of the variants: meshes, and all others."""
+
+SHOWN = (0.0, 1.3)
+"""Rates over their limit that are shown; coarse meshes may be far outside."""
+
+
+@styled
+def tradeoff(dataset: xr.Dataset) -> Figure:
+    """Draw error against cost: with what regularisation does, and without.
+
+    Left, the error against the limit of no regularisation; right, what nodes, steps and scheme
+    have in it, against the finest member of the same regularisation length.
+
+    Parameters
+    ----------
+    dataset
+        Of `softslip.tradeoff.table.gather`.
+    """
+    figure, ((left, right),) = grid_of_panels(1, 2, width=WIDE, height=3.3)
+    for axes, name in ((left, "total_error"), (right, "numerical_error")):
+        _draw_members(axes, dataset, name)
+        axes.set(xscale="log", yscale="log", xlabel="cost over that of fidelity standard")
+        axes.grid(alpha=0.2, linewidth=0.4)
+    _draw_front(left, dataset)
+    band = _draw_scatter(left, dataset)
+    floor = float(dataset["floor"].max())
+    said = ""
+    if np.isfinite(floor) and floor > 0:
+        said = f"trajectories of displaced nodes part by {floor:.0e} only"
+    left.set(ylabel=r"largest error against $\varepsilon\to0$")
+    left.set_title("(a) all errors")
+    right.set(ylabel=r"largest error against the finest of the same $\varepsilon$")
+    right.set_title("(b) nodes, steps and scheme")
+    handles, labels = left.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=min(len(labels), 6))
+    note(figure, band, said)
+    return figure
+
+
+def _draw_members(axes: Axes, dataset: xr.Dataset, name: str) -> None:
+    """Draw the grid in the colours of ε, levels with their names, variants in grey."""
+    cost, error = dataset["cost_ratio"].values, dataset[name].values
+    kinds, spreads = dataset["kind"].values, dataset["regularisation"].values
+    grid = np.isin(kinds, ("factorial", "finest"))
+    shown = np.unique(np.round(spreads[grid & np.isfinite(spreads)], 9))
+    for colour, spread in zip(sequence(len(shown)), shown, strict=True):
+        here = grid & np.isclose(spreads, spread) & (error > 0)
+        axes.plot(
+            cost[here],
+            error[here],
+            "o",
+            color=colour,
+            markersize=3.5,
+            markeredgewidth=0,
+            label=rf"$\varepsilon$ = {spread:.2g} dx",
+        )
+    names = dataset["member"].values
+    for mesh, marker in ((False, MARKERS["other"]), (True, MARKERS["mesh"])):
+        here = (kinds == "variant") & (error > 0)
+        here &= np.array([("mesh" in str(each)) == mesh for each in names])
+        label = "the paper's scheme" if mesh else "variants of a level"
+        axes.plot(
+            cost[here],
+            error[here],
+            marker,
+            color="0.55",
+            fillstyle="none",
+            markersize=4,
+            linestyle="none",
+            label=label if here.any() else None,
+        )
+        if mesh:
+            for x, y, each in zip(cost[here], error[here], names[here], strict=True):
+                _label(axes, x, y, str(each).replace("mesh-", "1/"), "0.4")
+    for number in np.flatnonzero((kinds == "level") & (error > 0)):
+        x, y = cost[number], error[number]
+        axes.plot(x, y, "D", color=COLOURS[1], markersize=6, fillstyle="none")
+        _label(axes, x, y, str(names[number]).removeprefix("level-"), COLOURS[1])
+
+
+def _label(axes: Axes, x: float, y: float, text: str, colour: str) -> None:
+    axes.annotate(
+        text, (x, y), xytext=(5, 4), textcoords="offset points", fontsize=7.5, color=colour
+    )
+
+
+def _draw_front(axes: Axes, dataset: xr.Dataset) -> None:
+    """Join the members that no other one beats in both error and cost."""
+    best = np.flatnonzero(dataset["pareto"].values == 1)
+    best = best[np.argsort(dataset["cost_ratio"].values[best])]
+    axes.step(
+        dataset["cost_ratio"].values[best],
+        dataset["total_error"].values[best],
+        where="post",
+        color="0.2",
+        linewidth=0.8,
+        zorder=1,
+        label="best for its cost",
+    )
+
+
+def _draw_scatter(axes: Axes, dataset: xr.Dataset) -> str:
+    """Draw what two packings differ by as a band; return what it is, in words."""
+    if "seed_scatter" not in dataset:
+        return ""
+    stress = float(dataset["steady_stress"].max())
+    here = dataset.sel(quantity=list(DRAWN), steady_stress=stress, steady_roughness=0.0)
+    means = abs(here["steady_mean"].mean("steady_regularisation"))
+    shares = (here["seed_scatter"] / means).values
+    shares = shares[np.isfinite(shares)]
+    if not shares.size:
+        return ""
+    axes.axhspan(float(shares.min()), float(shares.max()), color="0.5", alpha=0.15, linewidth=0)
+    return (
+        "band: standard deviation between packings of steady "
+        rf"$V_\mathrm{{s}}$ and $\dot\gamma_\mathrm{{bulk}}$, smooth walls, $\sigma$ = {stress:g}"
+    )
+
+
+@styled
+def extrapolation(dataset: xr.Dataset) -> Figure:
+    """Draw V_s and γ̇_bulk over the regularisation length, with their limits and mesh schemes.
+
+    Above, short windows from one state; below, if there are any, steady averages.
+
+    Parameters
+    ----------
+    dataset
+        Of `softslip.tradeoff.table.gather`.
+    """
+    rows = 2 if "steady_mean" in dataset else 1
+    figure, panels = grid_of_panels(rows, len(DRAWN), width=WIDE, height=2.4)
+    outside: list[str] = []
+    for column, quantity in enumerate(DRAWN):
+        outside += _draw_short(panels[0][column], dataset.sel(quantity=quantity))
+        title = rf"({'ab'[column]}) ${SYMBOLS[quantity]}$, from one state"
+        panels[0][column].set_title(title)
+        if rows == 2:
+            _draw_steady(panels[1][column], dataset.sel(quantity=quantity))
+            title = rf"({'cd'[column]}) ${SYMBOLS[quantity]}$, steady"
+            panels[1][column].set_title(title)
+        for row in panels:
+            row[column].set(
+                ylabel=rf"${SYMBOLS[quantity]}$ over its limit",
+                xlabel=r"$\varepsilon$ [mesh size of the paper]",
+            )
+            row[column].set_xlim(left=0.0)
+    handles, labels = panels[0][0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=3)
+    paper = float(dataset.attrs["paper_regularisation"])
+    for row in panels:
+        for axes in row:
+            axes.set_ylim(*SHOWN)
+            axes.axvline(paper, color="0.6", linewidth=0.6, linestyle=(0, (1, 1)), zorder=0)
+            axes.axhline(1.0, color="0.6", linewidth=0.6, zorder=0)
+    said = f"outside the panels: {', '.join(outside)}" if outside else ""
+    figure_note = rf"dotted: the paper's mesh of 1/8192, $\varepsilon$ = {paper:.2g}; open: meshes"
+    note(figure, figure_note, said)
+    return figure
+
+
+def _scenes(dataset: xr.Dataset, prefix: str = "") -> list[tuple[dict[str, Any], str, Any, str]]:
+    """Return each scene's place, words, colour and marker."""
+    stresses = dataset[f"{prefix}stress"].values
+    roughnesses = dataset[f"{prefix}roughness"].values
+    return [
+        (
+            {f"{prefix}stress": stress, f"{prefix}roughness": roughness},
+            rf"$\sigma$ = {stress:g}, $\beta$ = {roughness:g}",
+            COLOURS[(row * len(roughnesses) + column) % len(COLOURS)],
+            "os^D"[column % 4],
+        )
+        for row, stress in enumerate(stresses)
+        for column, roughness in enumerate(roughnesses)
+    ]
+
+
+def _draw_short(axes: Axes, dataset: xr.Dataset) -> list[str]:
+    """Draw the finest members with the tangent of their fit at ε = 0, and the meshes.
+
+    Returns what lies outside of what is shown, in words.
+    """
+    outside: list[str] = []
+    kinds = dataset["kind"].values
+    spreads = dataset["regularisation"].values
+    names = np.array([str(name) for name in dataset["member"].values])
+    finest = np.flatnonzero(kinds == "finest")
+    finest = finest[np.argsort(spreads[finest])]
+    meshes = np.flatnonzero(np.char.startswith(names, "mesh"))
+    for place, words, colour, marker in _scenes(dataset):
+        here = dataset.sel(place)
+        limit, slope = float(here["limit"]), float(here["limit_slope"])
+        if not abs(limit) > 0:
+            continue
+        values = here["mean"].values / limit
+        axes.plot(spreads[finest], values[finest], marker, color=colour, label=words)
+        reach = np.array([0.0, float(spreads[finest].max())])
+        if np.isfinite(slope):
+            axes.plot(reach, 1 + slope / limit * reach, color=colour, linewidth=0.7)
+        axes.plot(
+            spreads[meshes], values[meshes], marker, color=colour, fillstyle="none", markersize=6
+        )
+        outside += [
+            f"{names[mesh]} at {words} ({values[mesh]:.2g})"
+            for mesh in meshes
+            if np.isfinite(values[mesh]) and not SHOWN[0] <= values[mesh] <= SHOWN[1]
+        ]
+    return outside
+
+
+def _draw_steady(axes: Axes, dataset: xr.Dataset) -> None:
+    """Draw steady averages with their errors and the line through them."""
+    spreads = dataset["steady_regularisation"].values
+    order = np.argsort(spreads)
+    for place, words, colour, marker in _scenes(dataset, "steady_"):
+        here = dataset.sel(place)
+        limit, slope = float(here["steady_limit"]), float(here["steady_slope"])
+        error = float(here["steady_limit_error"])
+        if not (np.isfinite(limit) and abs(limit) > 2 * error):
+            continue  # A ratio to what may be zero says nothing.
+        axes.errorbar(
+            spreads[order],
+            here["steady_mean"].values[order] / limit,
+            here["steady_error"].values[order] / abs(limit),
+            fmt=marker,
+            color=colour,
+            linewidth=0.8,
+        )
+        reach = np.array([0.0, float(spreads.max())])
+        axes.plot(reach, 1 + slope / limit * reach, color=colour, linewidth=0.7)
+        axes.errorbar(0.0, 1.0, error / abs(limit), color=colour, capsize=3, linewidth=0.8)
+        axes.annotate(
+            words,
+            (spreads[order[-1]], here["steady_mean"].values[order[-1]] / limit),
+            xytext=(-4, 5),
+            textcoords="offset points",
+            ha="right",
+            fontsize=7,
+            color=colour,
+        )

@@ -1,0 +1,111 @@
+import matplotlib
+import numpy as np
+import pytest
+import xarray as xr
+
+from softslip.figures.validation import LEVELS, PUBLISHED_DRAG, validation
+
+
+def dataset(case, axes, leading="speed", refused=(), **attrs):
+    """Made-up results with an error of 1e-3 times the number of their place."""
+    shape = tuple(len(values) for values in axes.values())
+    number = 1.0 + np.arange(np.prod(shape)).reshape(shape)
+    lost = np.isin(number, refused)
+    names = [leading, f"bare_{leading}"]
+    variables = {}
+    for name in names:
+        variables[f"{name}_result"] = (tuple(axes), np.where(lost, np.nan, 10 * number))
+        variables[f"{name}_reference"] = (tuple(axes), np.where(lost, np.nan, 10.0))
+        variables[f"{name}_error"] = (tuple(axes), np.where(lost, np.nan, 1e-3 * number))
+        variables[f"{name}_tolerance"] = (tuple(axes), np.where(lost, np.nan, 5e-3))
+    variables["passed"] = (tuple(axes), ~lost & (number <= 5))
+    variables["refusal"] = (tuple(axes), np.where(lost, "said why", "").astype(object))
+    return xr.Dataset(
+        variables, coords=axes, attrs={"case": case, "leading": leading, "summary": "", **attrs}
+    )
+
+
+def words(figure):
+    figure.canvas.draw()
+    found = [text.get_text() for text in figure.findobj(matplotlib.text.Text)]
+    return "\n".join(text for text in found if text)
+
+
+def curves(axes):
+    """Drawn lines by their label."""
+    return {str(line.get_label()): line for line in axes.get_lines()}
+
+
+def test_each_dataset_has_a_panel_and_each_fidelity_a_line():
+    axes = {"fidelity": ["preview", "paper"], "height": [0.1, 0.2, 0.4]}
+    one, other = dataset("couette", axes), dataset("film", axes)
+    figure = validation(one, other)
+    assert len(figure.axes) == 2
+    for panel in figure.axes:
+        found = curves(panel)
+        assert found["paper"].get_xdata() == pytest.approx([0.1, 0.2, 0.4])
+        assert found["paper"].get_ydata() == pytest.approx([4e-3, 5e-3, 6e-3])
+        assert found["preview"].get_color() != found["paper"].get_color()
+        dashed = [line for line in panel.get_lines() if line.get_linestyle() == "--"]
+        assert dashed[0].get_ydata() == pytest.approx([5e-3] * 3)
+    assert "error of speed" in words(figure)
+
+
+def test_a_level_has_the_same_colour_in_every_panel():
+    first = dataset("a", {"fidelity": ["paper"], "x": [1.0, 2.0]})
+    second = dataset("b", {"fidelity": list(LEVELS), "x": [1.0, 2.0]})
+    left, right = validation(first, second).axes
+    assert curves(left)["paper"].get_color() == curves(right)["paper"].get_color()
+
+
+def test_refused_combinations_leave_gaps_and_are_counted():
+    axes = {"fidelity": ["paper"], "height": [0.1, 0.2, 0.4]}
+    figure = validation(dataset("couette", axes, refused=[2]))
+    assert np.isnan(curves(figure.axes[0])["paper"].get_ydata()).tolist() == [False, True, False]
+    said = words(figure)
+    assert "couette: 1 of 3 refused" in said
+    assert "2 of 2 solved within their tolerances" in said
+
+
+def test_words_and_nulls_are_drawn_by_their_names():
+    figure = validation(
+        dataset("a", {"fidelity": ["paper"], "outside": ["still", "periodic"]}),
+        dataset("b", {"fidelity": ["paper"], "epsilon": [np.nan, 0.2]}),
+        dataset("c", {"fidelity": ["preview", "paper"]}),
+    )
+    labels = [[text.get_text() for text in panel.get_xticklabels()] for panel in figure.axes]
+    assert labels == [["still", "periodic"], ["null", "0.2"], ["preview", "paper"]]
+    for panel in figure.axes:
+        line = next(line for line in panel.get_lines() if line.get_linestyle() == "-")
+        assert np.isfinite(line.get_xydata()).all()
+
+
+def test_any_further_dimension_is_named():
+    axes = {"gap": [0.1, 0.2], "fidelity": ["paper"], "height": [0.1, 0.2, 0.4], "mode": ["a", "b"]}
+    figure = validation(dataset("couette", axes))
+    found = {label for label in curves(figure.axes[0]) if label.startswith("paper")}
+    assert len(found) == 4
+    assert "paper, gap = 0.1, mode = b" in found
+
+
+def test_without_fidelities_the_one_that_was_used_is_named():
+    figure = validation(dataset("couette", {"height": [0.1, 0.2]}, fidelity="standard"))
+    assert "standard" in curves(figure.axes[0])
+
+
+def test_cylinders_have_their_drag_beside_the_published_one():
+    axes = {"fidelity": ["literal", "paper"], "concentration": [0.1, 0.3, 0.5]}
+    figure = validation(dataset("cylinders", axes, leading="drag"))
+    errors, drag = figure.axes
+    assert {line.get_linestyle() for line in errors.get_lines()} >= {"-", ":", "--"}
+    found = curves(drag)
+    published = found["Sangani & Acrivos (1982)"]
+    assert published.get_ydata() == pytest.approx(list(PUBLISHED_DRAG.values()))
+    assert found["paper"].get_ydata() == pytest.approx([40.0, 50.0, 60.0])
+    assert found["exact, without regularisation"].get_ydata() == pytest.approx([10.0] * 3)
+
+
+def test_nothing_solved_is_drawn_as_nothing():
+    lost = dataset("film", {"x": [1.0, 2.0]}, refused=[1, 2])
+    lost = lost[["passed", "refusal"]].assign_attrs(leading="")
+    assert "film: 2 of 2 refused" in words(validation(lost))

@@ -1,0 +1,53 @@
+# What the rules of the numerics share: the study, and what its datasets and figures need.
+
+STUDY = str(config.get("numerics", "full"))
+NUMERICS = f"results/numerics/{STUDY}"
+
+studies = sorted(glob_wildcards("config/numerics/{study,[A-Za-z0-9_-]+}.yaml").study)
+if STUDY not in studies:
+    raise WorkflowError(
+        f"--config numerics={STUDY}: is no file in config/numerics; use one of {', '.join(studies)}"
+    )
+
+
+wildcard_constraints:
+    name="[A-Za-z0-9_.-]+",
+
+
+def study():
+    """Return the study; read when its rules are wanted, as it brings the solver with it."""
+    from softslip.numerics import load_study
+
+    try:
+        return load_study(STUDY)
+    except ConfigError as error:
+        raise WorkflowError(str(error)) from None
+
+
+def validations(wildcards):
+    return expand(f"{NUMERICS}/validation/{{name}}.nc", name=study().validation)
+
+
+def stability_groups(wildcards):
+    from softslip.stability import GROUPS
+
+    return expand(f"{NUMERICS}/stability/{{name}}.nc", name=GROUPS)
+
+
+def tradeoff_parts(wildcards):
+    from softslip.tradeoff.members import members_of
+    from softslip.tradeoff.steady import cases_of
+
+    plan = study().tradeoff
+    return [
+        *expand(f"{NUMERICS}/member/{{name}}.nc", name=members_of(plan)),
+        *expand(f"{NUMERICS}/steady/{{name}}.nc", name=cases_of(plan)),
+    ]
+
+
+def drawn(wildcards):
+    """Return the datasets that a figure of the numerics shows."""
+    if wildcards.figure == "validation":
+        return validations(wildcards)
+    source = {"extrapolation": "tradeoff"}.get(wildcards.figure, wildcards.figure)
+    return f"{NUMERICS}/{source}.nc"
