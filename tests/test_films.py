@@ -59,15 +59,18 @@ def test_every_level_resolves_the_contacts_of_the_paper_and_stiffer_ones(fidelit
     films.check_contacts(given(energy, fidelity))
 
 
+def stiff(refinement):
+    steric = {"energy": 1e-7, "refinement": refinement}
+    return Parameters.from_mapping(
+        {"fidelity": "standard", "steric": steric, "hydrodynamics": {"node_spacing": 5.0}}
+    )
+
+
 def test_contacts_that_interlock_are_refused_with_what_would_do():
     with pytest.raises(ConfigError, match=r"steric\.refinement: 2 .* use at least 3,") as caught:
-        films.check_contacts(given(1e-7))
+        films.check_contacts(stiff(2))
     assert caught.value.key == "steric.refinement"
-    films.check_contacts(
-        Parameters.from_mapping(
-            {"fidelity": "standard", "steric": {"energy": 1e-7, "refinement": 3}}
-        )
-    )
+    films.check_contacts(stiff(3))
 
 
 def test_nothing_is_refused_where_nothing_touches():

@@ -39,7 +39,7 @@ PLAN = Plan.of(
             "stresses": [0.5],
             "roughnesses": [0.0],
             "seeds": [1],
-            "wide_regularisations": [None],
+            "wide_regularisations": [None, 0.2],
             "ageing": 0.05,
             "duration": 0.2,
         },
@@ -182,11 +182,21 @@ def test_long_runs_are_those_of_the_plan():
     ]
 
 
-def test_a_long_run_has_averages_and_their_errors():
+def test_a_long_run_has_averages_and_one_that_stops_says_why(monkeypatch):
+    real = steady.shear.shear
+
+    def brittle(aged, parameters):
+        if parameters.hydrodynamics.regularisation is not None:
+            raise measure.SoftslipError("stopped on purpose")
+        return real(aged, parameters)
+
+    monkeypatch.setattr(steady.shear, "shear", brittle)
     found = steady.measure_steady(steady.cases_of(PLAN)["beta0-seed1-wide"], PLAN)
-    assert (found["status"] == measure.DONE).all()
-    records, means = found["shear_rate_wall"], found["shear_rate_wall_mean"]
-    assert means.shape == (1, 1)
-    assert float(records.min()) <= means.values.item() <= float(records.max())
-    assert found["shear_rate_wall_error"].values.item() >= 0
+    assert found["status"].values[:, 0].tolist() == [measure.DONE, "stopped on purpose"]
+    records, means = found["shear_rate_wall"], found["shear_rate_wall_mean"].values[:, 0]
+    assert float(records.min()) <= means[0] <= float(records.max())
+    assert np.isnan(means[1])
+    assert found["shear_rate_wall_error"].values[0, 0] >= 0
     assert found.attrs["periods"] == 2
+    assert np.isnan(found["regularisation"].values[0])
+    assert found["regularisation"].values[1] == 0.2

@@ -5,6 +5,7 @@ import pytest
 from softslip.errors import ConfigError
 from softslip.fidelity import LEVELS
 from softslip.tradeoff.members import (
+    CONTACT_SPACING,
     Member,
     finest_name,
     members_of,
@@ -73,7 +74,7 @@ def test_contact_points_stay_close_whatever_the_node_spacing():
     for member in members_of(Plan()).values():
         if member.kind == "factorial":
             spacing = member.settings["hydrodynamics"]["node_spacing"]
-            assert spacing / member.settings["steric"]["refinement"] <= 2.0
+            assert spacing / member.settings["steric"]["refinement"] <= CONTACT_SPACING
 
 
 @pytest.mark.parametrize("roughness", [0.0, 0.59])

@@ -77,6 +77,16 @@ def test_rates_are_judged_against_the_largest_of_the_walls(table):
         assert float(scale.sel(quantity=name, stress=0.05)) == pytest.approx(rates[1, 0, 0])
 
 
+def test_little_slip_is_judged_against_the_speed_of_the_walls():
+    rates = synthetic.level_rates()
+    rates[0] *= 1e-6
+    found = gather([synthetic.member("finest-e0.1", "finest", 0.1, rates=rates)], [])["scale"]
+    wall = found.sel(quantity="shear_rate_wall")
+    assert found.sel(quantity="slip_velocity").values == pytest.approx(
+        0.1 * 0.5 * 0.17 * wall.values, rel=1e-12
+    )
+
+
 def test_numerical_error_leaves_regularisation_out_and_the_whole_has_it(table):
     name = "emesh-n4-t0.01"
     same = table["same_error"].sel(member=name, quantity="shear_rate_wall")

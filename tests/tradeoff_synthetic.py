@@ -42,7 +42,7 @@ def parameters(spread, spacing, tolerance, *, resolution=8192, mobility="ewald")
             "symbol": "compact",
         },
         "time_stepping": {"tolerance": tolerance},
-        "channel": {"length": 0.0625},
+        "channel": {"length": 0.0625, "height": 0.17},
         "steric": {"length": 9 / 8192},
     }
 

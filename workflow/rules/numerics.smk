@@ -33,6 +33,7 @@ rule validation:
         " --output {output:q} &> {log:q}"
 
 
+# First, as one of its axes takes as long as all of another part.
 rule stability:
     output:
         f"{NUMERICS}/stability/{{name}}.nc",
@@ -42,6 +43,7 @@ rule stability:
         f"{NUMERICS}/benchmarks/stability/{{name}}.tsv"
     conda:
         f"../{ENVIRONMENT}"
+    priority: 1
     params:
         study=STUDY,
         plan=lambda wildcards: str(study().stability),

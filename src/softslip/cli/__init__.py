@@ -6,7 +6,7 @@ wait for the plotting libraries.
 
 import typer
 
-from softslip.cli import bench, draw, results, stages, validate
+from softslip.cli import bench, draw, numerics, results, stages, validate
 
 app = typer.Typer(
     add_completion=False,
@@ -18,6 +18,7 @@ app.add_typer(results.app)
 app.add_typer(draw.app)
 app.add_typer(validate.app, name="validate")
 app.add_typer(bench.app, name="bench")
+app.add_typer(numerics.app, name="numerics")
 
 
 def main() -> None:

@@ -45,10 +45,11 @@ def tradeoff(dataset: xr.Dataset) -> Figure:
     dataset
         Of `softslip.tradeoff.table.gather`.
     """
-    figure, ((left, right),) = grid_of_panels(1, 2, width=WIDE, height=3.3)
+    figure, ((left, right),) = grid_of_panels(1, 2, width=WIDE, height=3.6)
     for axes, name in ((left, "total_error"), (right, "numerical_error")):
         _draw_members(axes, dataset, name)
         axes.set(xscale="log", yscale="log", xlabel="cost over that of fidelity standard")
+        axes.margins(0.12)
         axes.grid(alpha=0.2, linewidth=0.4)
     _draw_front(left, dataset)
     band = _draw_scatter(left, dataset)
@@ -58,10 +59,10 @@ def tradeoff(dataset: xr.Dataset) -> Figure:
         said = f"trajectories of displaced nodes part by {floor:.0e} only"
     left.set(ylabel=r"largest error against $\varepsilon\to0$")
     left.set_title("(a) all errors")
-    right.set(ylabel=r"largest error against the finest of the same $\varepsilon$")
+    right.set(ylabel=r"largest error at the same $\varepsilon$")
     right.set_title("(b) nodes, steps and scheme")
     handles, labels = left.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=min(len(labels), 6))
+    figure.legend(handles, labels, loc="outside upper center", ncols=4)
     note(figure, band, said)
     return figure
 
@@ -100,16 +101,28 @@ def _draw_members(axes: Axes, dataset: xr.Dataset, name: str) -> None:
         )
         if mesh:
             for x, y, each in zip(cost[here], error[here], names[here], strict=True):
-                _label(axes, x, y, str(each).replace("mesh-", "1/"), "0.4")
-    for number in np.flatnonzero((kinds == "level") & (error > 0)):
+                _label(axes, x, y, str(each).replace("mesh-", "1/"), "0.4", left=True)
+    levels = np.flatnonzero((kinds == "level") & (error > 0))
+    for place, number in enumerate(levels[np.argsort(cost[levels])]):
         x, y = cost[number], error[number]
         axes.plot(x, y, "D", color=COLOURS[1], markersize=6, fillstyle="none")
-        _label(axes, x, y, str(names[number]).removeprefix("level-"), COLOURS[1])
+        text = str(names[number]).removeprefix("level-")
+        # Levels of about the same cost would write over one another.
+        _label(axes, x, y, text, COLOURS[1], rise=6 if place % 2 else -12)
 
 
-def _label(axes: Axes, x: float, y: float, text: str, colour: str) -> None:
+def _label(
+    axes: Axes, x: float, y: float, text: str, colour: str, *, rise: float = 5, left: bool = False
+) -> None:
+    """Write a name beside a point, higher or lower by some points."""
     axes.annotate(
-        text, (x, y), xytext=(5, 4), textcoords="offset points", fontsize=7.5, color=colour
+        text,
+        (x, y),
+        xytext=(-5 if left else 5, rise),
+        textcoords="offset points",
+        ha="right" if left else "left",
+        fontsize=7.5,
+        color=colour,
     )
 
 
@@ -182,8 +195,12 @@ def extrapolation(dataset: xr.Dataset) -> Figure:
             axes.set_ylim(*SHOWN)
             axes.axvline(paper, color="0.6", linewidth=0.6, linestyle=(0, (1, 1)), zorder=0)
             axes.axhline(1.0, color="0.6", linewidth=0.6, zorder=0)
-    said = f"outside the panels: {', '.join(outside)}" if outside else ""
-    figure_note = rf"dotted: the paper's mesh of 1/8192, $\varepsilon$ = {paper:.2g}; open: meshes"
+    counts = ", ".join(f"{outside.count(name)} of {name}" for name in sorted(set(outside)))
+    said = f"points outside the panels: {counts}" if outside else ""
+    figure_note = (
+        rf"dotted: the paper's mesh of 1/8192, $\varepsilon$ = {paper:.2g}; "
+        "open in (a, b): meshes, below: not all runs steady"
+    )
     note(figure, figure_note, said)
     return figure
 
@@ -207,7 +224,7 @@ def _scenes(dataset: xr.Dataset, prefix: str = "") -> list[tuple[dict[str, Any],
 def _draw_short(axes: Axes, dataset: xr.Dataset) -> list[str]:
     """Draw the finest members with the tangent of their fit at ε = 0, and the meshes.
 
-    Returns what lies outside of what is shown, in words.
+    Returns the names of meshes outside of what is shown, one for each point.
     """
     outside: list[str] = []
     kinds = dataset["kind"].values
@@ -230,7 +247,7 @@ def _draw_short(axes: Axes, dataset: xr.Dataset) -> list[str]:
             spreads[meshes], values[meshes], marker, color=colour, fillstyle="none", markersize=6
         )
         outside += [
-            f"{names[mesh]} at {words} ({values[mesh]:.2g})"
+            str(names[mesh])
             for mesh in meshes
             if np.isfinite(values[mesh]) and not SHOWN[0] <= values[mesh] <= SHOWN[1]
         ]
@@ -238,7 +255,7 @@ def _draw_short(axes: Axes, dataset: xr.Dataset) -> list[str]:
 
 
 def _draw_steady(axes: Axes, dataset: xr.Dataset) -> None:
-    """Draw steady averages with their errors and the line through them."""
+    """Draw steady averages with their errors and the line through them; open: not all steady."""
     spreads = dataset["steady_regularisation"].values
     order = np.argsort(spreads)
     for place, words, colour, marker in _scenes(dataset, "steady_"):
@@ -247,23 +264,20 @@ def _draw_steady(axes: Axes, dataset: xr.Dataset) -> None:
         error = float(here["steady_limit_error"])
         if not (np.isfinite(limit) and abs(limit) > 2 * error):
             continue  # A ratio to what may be zero says nothing.
-        axes.errorbar(
-            spreads[order],
-            here["steady_mean"].values[order] / limit,
-            here["steady_error"].values[order] / abs(limit),
-            fmt=marker,
-            color=colour,
-            linewidth=0.8,
-        )
+        steady = here["steady_runs"].values[order] >= here["packings"].values
+        for some, filled in ((steady, "full"), (~steady, "none")):
+            axes.errorbar(
+                spreads[order][some],
+                here["steady_mean"].values[order][some] / limit,
+                here["steady_error"].values[order][some] / abs(limit),
+                fmt=marker,
+                fillstyle=filled,
+                color=colour,
+                linewidth=0.8,
+            )
         reach = np.array([0.0, float(spreads.max())])
         axes.plot(reach, 1 + slope / limit * reach, color=colour, linewidth=0.7)
         axes.errorbar(0.0, 1.0, error / abs(limit), color=colour, capsize=3, linewidth=0.8)
-        axes.annotate(
-            words,
-            (spreads[order[-1]], here["steady_mean"].values[order[-1]] / limit),
-            xytext=(-4, 5),
-            textcoords="offset points",
-            ha="right",
-            fontsize=7,
-            color=colour,
-        )
+        axes.plot([], [], marker, color=colour, label=words)
+    if axes.get_legend_handles_labels()[1]:
+        axes.legend(loc="lower left")

@@ -18,6 +18,7 @@ from softslip.stability.scenery import (
     dense,
     in_scheme,
     merged,
+    particle_area,
     scene_of,
     start_tree,
 )
@@ -45,7 +46,7 @@ class Cell:
     tree
         Parameters of the run.
     start
-        Parameters of the packing, its growth and its ageing, always at 'standard'.
+        Parameters of the packing, its growth and its ageing, at 'standard' but for those at rest.
     duration
         Length of the run [time unit].
     criterion
@@ -201,7 +202,7 @@ def _contact_energies(plan: Plan) -> list[Cell]:
 
 
 def _contact_ranges(plan: Plan) -> list[Cell]:
-    """Return cells whose particles are grown with films in proportion to the contact range."""
+    """Return cells of the paper's ε, of particles grown with films in proportion to the range."""
     starts = {}
     for value in plan.contact_ranges:
         spacing = min(5.0, WIDEST * value)
@@ -209,7 +210,7 @@ def _contact_ranges(plan: Plan) -> list[Cell]:
             start_tree(plan, 6, 3 / 64),
             {
                 "steric": {"length": value * REFERENCE_MESH_SIZE},
-                "hydrodynamics": {"node_spacing": spacing},
+                "hydrodynamics": {"node_spacing": spacing, "regularisation": None},
                 "expansion": {"contact_length": 0.00125 * value / 9},
             },
         )
@@ -261,27 +262,37 @@ def _counts(plan: Plan) -> list[Cell]:
 def _rests(plan: Plan) -> list[Cell]:
     """Return cells of one particle at rest, as long at the level as in explicit steps.
 
-    Nothing touches, so that a wider contact range costs nothing and lets the mesh be coarse.
+    The box is the smallest that has room around the particle, and the mesh coarse: what takes a
+    million steps must be cheap.
     """
     start = merged(
-        start_tree(plan, 1, 3 / 64),
-        {"rheometer": {"stress": 0.0}, "steric": {"length": WIDER * REFERENCE_MESH_SIZE}},
+        start_tree(plan, 1, REST_LENGTH),
+        {
+            "rheometer": {"stress": 0.0},
+            "channel": {"height": REST_HEIGHT, "outer_gap": scenes.outer_gap(REST_HEIGHT)},
+        },
     )
+    fraction = particle_area() / (REST_LENGTH * REST_HEIGHT)
+    start = merged(start, {"suspension": {"area_fraction": fraction}})
     coarse = {"resolution": round(1.0 / (COARSE * REFERENCE_MESH_SIZE))}
     trees: dict[Scheme, Tree] = {
         "standard": start,
-        "literal": merged(in_scheme(plan, start, "literal"), {"hydrodynamics": coarse}),
+        "literal": merged(
+            in_scheme(plan, start, "literal"),
+            {"hydrodynamics": coarse, "time_stepping": start["time_stepping"]},
+        ),
     }
     step = Parameters.from_mapping(trees["literal"]).time_stepping.step
+    # Each from membranes on its own nodes: moved to fewer, they enclose less, are slack and buckle.
     return [
-        Cell("rest", f"{count:.0e}", count, scheme, tree, start, count * step, "rest")
+        Cell("rest", f"{count:.0e}", count, scheme, tree, tree, count * step, "rest")
         for scheme, tree in trees.items()
         for count in plan.rests
     ]
 
 
-COARSE, WIDER = 8, 18.0
-"""Mesh size of the particle at rest, and its contact range, over the paper's mesh size."""
+REST_LENGTH, REST_HEIGHT, COARSE = 1 / 32, 0.03, 4
+"""Box of a particle at rest [length unit], and its mesh size over the paper's."""
 
 FASTEST = 5.0
 """Stress that shears walls past many periods [stress unit]."""

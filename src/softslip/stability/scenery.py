@@ -48,6 +48,12 @@ def merged(tree: Tree, changes: Mapping[str, Mapping[str, Any]]) -> dict[str, An
     return result
 
 
+def particle_area() -> float:
+    """Return the mean area of a particle [length unit squared]."""
+    small = 2 * scenes.MEAN_RADIUS / (1 + scenes.SIZE_RATIO)
+    return 0.5 * math.pi * small**2 * (1 + scenes.SIZE_RATIO**2)
+
+
 def start_tree(
     plan: Plan, count: int, length: float, *, roughness: float = 0.0, fraction: float = FILL
 ) -> dict[str, Any]:
@@ -56,8 +62,7 @@ def start_tree(
     The height follows from the area fraction of the area that bumps leave free; with no particles
     it is that of a channel for one.
     """
-    small = 2 * scenes.MEAN_RADIUS / (1 + scenes.SIZE_RATIO)
-    each = 0.5 * math.pi * small**2 * (1 + scenes.SIZE_RATIO**2)
+    each = particle_area()
     height = max(count, FEWEST) * each / (FILL * length)
     if roughness:
         height += CLEAREST * roughness * scenes.MEAN_RADIUS

@@ -9,20 +9,17 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
-import shapely
-from shapely import Polygon
-from shapely.affinity import translate
 
 from softslip import shear
 from softslip.bench import scenes
-from softslip.chains import lagrange_weights, refine
-from softslip.contour import PolygonArray, segment_clearance, split
+from softslip.contour import split
 from softslip.errors import NumericalError, SoftslipError
-from softslip.geometry import LOWER, UPPER, FloatArray, IntArray, Layout, WallContour
+from softslip.geometry import LOWER, UPPER, FloatArray, Layout
 from softslip.parameters import Parameters
 from softslip.record import Observer
 from softslip.shear import regularisation_of
 from softslip.stability.cells import Cell
+from softslip.stability.exact import crossing_of, polygon_area_error
 from softslip.stability.scenery import merged, periodic_difference, scene_of
 from softslip.state import State
 from softslip.suspension import Evaluation
@@ -54,9 +51,6 @@ hundred periods cost two digits of sixteen, and stiff forces some more."""
 
 LOOKS = 8
 """Times at which membranes are checked for crossings, besides the end."""
-
-FINER = 4
-"""Points per node of the membranes that are checked for crossings."""
 
 TIGHTER = 10.0
 """Ratio of the tolerances of a cell and of its finer run."""
@@ -149,73 +143,6 @@ class Watch:
         crossing = crossing_of(state, self.layout, self.parameters)
         if crossing:
             self.crossings.append(f"{crossing} at time {state.time:.4g}")
-
-
-def polygon_area_error(state: State, layout: Layout) -> float:
-    """Return the largest relative change of the area inside interpolated membranes."""
-    points, offsets = _finer_membranes(state.node_position, layout)
-    areas = [Polygon(each).area for each in split(points, offsets)]
-    error = np.asarray(areas) / layout.reference_area - 1
-    return float(np.abs(error).max(initial=0.0))
-
-
-def _finer_membranes(nodes: FloatArray, layout: Layout) -> tuple[FloatArray, IntArray]:
-    """Return `FINER` points per node of each membrane, and the first row of each."""
-    points = np.empty((FINER * len(nodes), 2))
-    chains = layout.offsets
-    every = np.ones(layout.particles, np.bool_)
-    refine(nodes, chains, np.zeros(layout.particles), every, lagrange_weights(FINER), points)
-    return points, FINER * chains
-
-
-def crossing_of(state: State, layout: Layout, parameters: Parameters) -> str:
-    """Say which membranes cross each other, themselves or a wall; nothing if none do.
-
-    Exact for the polygons through `FINER` points per node and the walls where they are now.
-    """
-    points, offsets = _finer_membranes(state.node_position, layout)
-    polygons = np.array([Polygon(each) for each in split(points, offsets)], dtype=np.object_)
-    if not len(polygons):
-        return ""
-    simple = shapely.is_valid(polygons)
-    if not simple.all():
-        return f"membrane {int(np.argmin(simple))} crosses itself"
-    behind = _behind_walls(points, offsets, state, parameters)
-    return behind or _crossing_pair(polygons, parameters.channel.length)
-
-
-FAR = 1e3
-"""Height at which the other wall is out of the way [length unit]."""
-
-
-def _behind_walls(points: FloatArray, offsets: IntArray, state: State, given: Parameters) -> str:
-    contour, height = WallContour.of(given), given.channel.height
-    following = np.arange(1, len(points) + 1)
-    following[offsets[1:] - 1] = offsets[:-1]
-    for wall in (LOWER, UPPER):
-        seen = points - (state.wall_displacement[wall], 0.0)
-        if wall == UPPER:
-            seen[:, 1] = height - seen[:, 1]
-        clearance = segment_clearance(seen, seen[following], contour, FAR)
-        if not clearance.min() > 0:
-            worst = np.searchsorted(offsets, np.argmin(clearance), side="right") - 1
-            return f"membrane {worst} reaches {-clearance.min():.2g} into wall {wall}"
-    return ""
-
-
-def _crossing_pair(polygons: PolygonArray, length: float) -> str:
-    bounds = shapely.bounds(polygons)
-    images = 1 + math.ceil((bounds[:, 2].max() - bounds[:, 0].min()) / length)
-    shifts = range(-images, images + 1)
-    copies = [translate(each, length * shift) for shift in shifts for each in polygons]
-    tree = shapely.STRtree(np.array(copies, dtype=np.object_))
-    first, second = tree.query(polygons, predicate="intersects")
-    home = images * len(polygons)
-    others = second != first + home
-    if not others.any():
-        return ""
-    a, b = int(first[others][0]), int(second[others][0]) % len(polygons)
-    return f"membranes {a} and {b} cross or overlap"
 
 
 def judge(cell: Cell) -> Judgement:

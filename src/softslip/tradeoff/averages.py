@@ -89,6 +89,7 @@ def _over_seeds(cases: Sequence[xr.Dataset]) -> xr.Dataset:
             "seed_scatter": (("quantity", "steady_stress"), scatter),
             "run_error": (("run_length", "quantity", "steady_stress"), run_errors),
             "steady_cost": (dims[1:], costs),
+            "packings": ((), count),
         },
         coords={
             "quantity": list(RATES),
@@ -171,6 +172,7 @@ LONG_NAMES = {
     "steady_mean": "steady average over the packings",
     "steady_error": "its standard error",
     "steady_runs": "number of packings whose run is steady",
+    "packings": "number of packings",
     "steady_cost": "processor time per simulated time of the long runs",
     "steady_limit": "steady average extrapolated to no regularisation",
     "steady_limit_error": "standard error of the extrapolated steady average",
@@ -191,6 +193,7 @@ LONG_NAMES = {
 
 UNITS = {
     "steady_runs": "1",
+    "packings": "1",
     "steady_chi_square": "1",
     "steady_regularisation": "1",
     "wide_regularisation": "1",

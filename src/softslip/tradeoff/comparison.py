@@ -17,6 +17,10 @@ from softslip.tradeoff.steady import RATES
 SCENE = ("stress", "roughness")
 """Dimensions that tell scenes apart."""
 
+LEAST_SLIP = 0.1
+"""Slip velocity over the walls' speed below which its error counts relative to this share of the
+speed: the rest is a small difference of large velocities."""
+
 
 def effective_regularisation(parameters: Mapping[str, Any]) -> float:
     """Return ε over the paper's mesh size, for either mobility; NaN for settings that contradict.
@@ -113,10 +117,11 @@ class Comparison:
 
     def _scale(self) -> FloatArray:
         """Return what errors are relative to, shape (quantity, stress)."""
-        largest = self.magnitude.max(axis=-1)
-        wall = list(RATES).index("shear_rate_wall")
-        of = [number if name == "slip_velocity" else wall for number, name in enumerate(RATES)]
-        return np.asarray(largest[of])
+        largest = dict(zip(RATES, self.magnitude.max(axis=-1), strict=True))
+        wall = largest["shear_rate_wall"]
+        speed = 0.5 * self.trees[self.finest]["channel"]["height"] * wall
+        slip = np.maximum(largest["slip_velocity"], LEAST_SLIP * speed)
+        return np.stack([slip if name == "slip_velocity" else wall for name in RATES])
 
     def differences(self, row: int, truth: FloatArray) -> FloatArray:
         """Return relative differences of a member's records, (quantity, stress, roughness, record).

@@ -233,6 +233,7 @@ def _steady(tradeoff: xr.Dataset) -> str:
                         _number(float(here["steady_chi_square"])),
                         *(
                             _with_error(here["steady_mean"][n], here["steady_error"][n])
+                            + (" *" if here["steady_runs"][n] < here["packings"] else "")
                             for n in order
                         ),
                         _number(float(here["seed_scatter"])),
@@ -248,7 +249,8 @@ def _steady(tradeoff: xr.Dataset) -> str:
     return (
         "### Steady averages\n\n"
         "Means over the packings with statistical errors, a straight line through them to ε → 0 "
-        "(χ² per degree of freedom), and the standard deviation between packings.\n\n"
+        "(χ² per degree of freedom), and the standard deviation between packings. An asterisk "
+        "marks averages of which some run was not steady: their error spans its drift.\n\n"
         + table(header, rows)
     )
 

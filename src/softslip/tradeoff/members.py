@@ -23,9 +23,10 @@ LEVEL = "standard"
 LITERAL = "literal"
 """What the paper's own scheme is called, which has no level."""
 
-CONTACT_SPACING = 2.0
-"""Largest distance of contact points over the mesh size in the grid: at 2.5 they interlock a
-little, which then is the largest error of nodes 5 mesh sizes apart."""
+CONTACT_SPACING = 1.7
+"""Largest distance of contact points over the mesh size in the grid: wherever it is larger, it and
+not the node spacing decides the error (0.4 % at 1.7, 0.8 % at 2.0, 2.5 % at 2.5), while more points
+hardly cost anything."""
 
 FEWEST_POINTS = 2
 """Contact points per node at least, as in every level."""

@@ -149,7 +149,7 @@ class Plan(Section):
         description="Records that count of members that are run for a short time only.",
     )
     regularisations: Spreads = _axis(
-        0.1, 0.2, 0.4, None, 1.56, symbol="ε/dx", description="Regularisation lengths."
+        0.06, 0.1, 0.2, 0.4, None, symbol="ε/dx", description="Regularisation lengths."
     )
     node_spacings: Values = _axis(2.0, 4.0, 5.0, 6.0, symbol="Δs/dx", description="Node spacings.")
     tolerances: Values = _axis(

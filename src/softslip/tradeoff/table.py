@@ -61,7 +61,8 @@ def gather(members: Sequence[xr.Dataset], steady: Sequence[xr.Dataset]) -> xr.Da
 
     Errors are differences of records, squared and averaged over records and scenes, relative to
     the rms value at the same stress of the roughness where it is largest: of γ̇_wall for both
-    shear rates, of V_s for itself. Where nothing flows there is then nothing to be accurate in.
+    shear rates, of V_s for itself, or a tenth of the walls' speed where V_s is less than that.
+    Where nothing flows there is then nothing to be accurate in.
 
     The truth is the limit ε → 0 of the finest members, record by record. In one scene the errors of
     regularisation and of nodes and steps may cancel, which they need not in another. The total
