@@ -44,7 +44,7 @@ def test_an_accuracy_sets_what_the_scenario_leaves_open():
 
 
 def test_accuracy_and_fidelity_together_are_refused():
-    with pytest.raises(ConfigError, match="accuracy: 0.1 .*fidelity"):
+    with pytest.raises(ConfigError, match=r"accuracy: 0.1 .*fidelity"):
         Parameters.from_mapping({"accuracy": 0.1, "fidelity": "standard"})
 
 

@@ -146,3 +146,51 @@ def test_a_parent_of_another_run_is_refused(results: Path, tmp_path: Path) -> No
     assert status == 1
     assert "stage 'ageing', not 'packing'" in said, said
     assert not output.exists(), "a refused stage must write nothing"
+
+
+def validated(*words: str) -> tuple[int, str, str]:
+    result = CliRunner().invoke(app, ["validate", *words])
+    return result.exit_code, result.stdout, result.stderr
+
+
+def test_a_case_prints_one_json_object() -> None:
+    status, printed, _ = validated(
+        "friction", "--shape", "circles", "--separation", "0.8", "--json"
+    )
+    found = json.loads(printed)
+    assert status == 0
+    assert {"case", "parameters", "result", "reference", "error"} <= set(found)
+    assert found["parameters"]["separation"] == 0.8
+    assert found["error"] == found["result"]["friction"]
+
+
+def test_a_case_fails_when_its_error_is_over_the_tolerance() -> None:
+    status, printed, _ = validated("friction", "--tolerance", "1e-9")
+    assert status == 1
+    assert "over 1e-09" in printed
+    status, printed, _ = validated("friction", "--tolerance", "1e-9", "--json")
+    assert status == 1
+    assert not json.loads(printed)["passed"]
+
+
+def test_a_case_refuses_what_it_cannot_solve_in_one_line() -> None:
+    status, printed, said = validated("friction", "--separation", "2")
+    assert (status, printed) == (2, "")
+    assert said.startswith("ConfigError: separation: 2.0 must be less than 1")
+    assert said.count("\n") == 1
+
+
+def test_cases_are_listed_with_what_they_solve() -> None:
+    status, printed, _ = validated("--help")
+    assert status == 0
+    assert all(name in printed for name in ("couette", "cylinders", "capsule", "order"))
+
+
+def test_an_accuracy_says_what_it_picked(tmp_path: Path) -> None:
+    scenario = tmp_path / "own.yaml"
+    scenario.write_text("description: One run.\nbase: {accuracy: 0.05}\n")
+    result = CliRunner().invoke(app, ["runs", str(scenario)])
+    assert result.exit_code == 0
+    assert "accuracy 0.05: " in result.stderr
+    assert "hydrodynamics.node_spacing" in result.stderr
+    assert "measured error" in result.stderr

@@ -234,6 +234,14 @@ def test_no_film_may_be_thinner_than_what_forces_are_spread_over(scene):
         health.check_state(state, layout, 0.99 * sheets, **limits)
 
 
+def test_no_film_may_be_thinner_than_nodes_resolve(scene):
+    state, layout = scene
+    limits = {"order": 2, "height": HEIGHT, "contact_range": RANGE, "node_spacing": 0.6 * RANGE}
+    health.check_state(state, layout, 0.86 * 0.6 * RANGE, **limits)
+    with pytest.raises(NumericalError, match=r"film_thickness\[0\] at step 37: .*node_spacing"):
+        health.check_state(state, layout, 0.84 * 0.6 * RANGE, **limits)
+
+
 def test_the_printed_control_may_not_run_away_from_the_walls():
     wall = np.array([-0.2, 0.1])
     health.check_control(np.zeros(2), wall, 4)

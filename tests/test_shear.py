@@ -561,7 +561,7 @@ def test_a_level_of_fidelity_carries_through_ageing_and_shear():
     assert last == pytest.approx(first * np.exp(-0.5), rel=0.2)
 
 
-@pytest.mark.parametrize("level", ["preview", "paper"])
+@pytest.mark.parametrize("level", ["standard", "paper"])
 def test_a_level_taken_up_again_on_two_threads_is_the_same_run(level):
     """Byte for byte, with lists of pairs that are as old as they happen to be."""
     given = scenes.parameters(

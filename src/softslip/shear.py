@@ -251,6 +251,7 @@ def _guard(state: State, evaluation: Evaluation, layout: Layout, parameters: Par
         height=parameters.channel.height,
         contact_range=parameters.steric.length,
         regularisation=regularisation_of(parameters),
+        node_spacing=float(layout.spacing.max(initial=0.0)),
     )
     health.check_forces(evaluation.forces, state.step)
     health.check_control(state.wall_speed, evaluation.wall_velocity, state.step)

@@ -29,7 +29,7 @@ def snakemake(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
 
 def jobs(folder: Path, *words: str) -> dict[str, int]:
     """Return how many jobs of each rule a dry run wants."""
-    result = snakemake(folder, "--dry-run", "--quiet", "rules", *words)
+    result = snakemake(folder, *words, "--dry-run", "--quiet", "rules")
     assert result.returncode == 0, result.stderr
     return {rule: int(count) for rule, count in re.findall(r"^(\w+) +(\d+)$", result.stdout, re.M)}
 
@@ -86,3 +86,18 @@ def test_a_bad_scenario_is_refused_before_any_work(copy: Path) -> None:
     assert "axes.wall.roughness[1]: -0.59" in said, said
     assert "Traceback" not in said, said
     assert not (copy / "results").exists(), "work was started"
+
+
+def test_a_study_of_the_numerics_has_a_job_for_each_of_its_parts(copy: Path) -> None:
+    found = jobs(copy, "numerics", "--config", "numerics=ci")
+    assert found["validation"] == 9
+    assert found["tradeoff_member"] == 9
+    assert found["numerics_figure"] == 5
+    assert found["stability"] > 10
+    assert not {"shear", "measure"} & set(found)
+
+
+def test_a_study_that_is_not_there_is_refused_before_anything_runs(copy: Path) -> None:
+    result = snakemake(copy, "--dry-run", "numerics", "--config", "numerics=../full")
+    assert result.returncode != 0
+    assert "is no file in config/numerics; use one of ci, full" in result.stderr + result.stdout

@@ -41,9 +41,9 @@ rule stability:
         f"{NUMERICS}/logs/stability/{{name}}.log",
     benchmark:
         f"{NUMERICS}/benchmarks/stability/{{name}}.tsv"
+    priority: 1
     conda:
         f"../{ENVIRONMENT}"
-    priority: 1
     params:
         study=STUDY,
         plan=lambda wildcards: str(study().stability),
