@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from softslip.figures.drawing import COLOURS, WIDE, grid_of_panels, note, sequence, styled
 
@@ -49,7 +50,7 @@ def tradeoff(dataset: xr.Dataset) -> Figure:
     for axes, name in ((left, "total_error"), (right, "numerical_error")):
         _draw_members(axes, dataset, name)
         axes.set(xscale="log", yscale="log", xlabel="cost over that of fidelity standard")
-        axes.margins(0.12)
+        axes.margins(0.15, 0.12)
         axes.grid(alpha=0.2, linewidth=0.4)
     _draw_front(left, dataset)
     band = _draw_scatter(left, dataset)
@@ -61,6 +62,11 @@ def tradeoff(dataset: xr.Dataset) -> Figure:
     left.set_title("(a) all errors")
     right.set(ylabel=r"largest error at the same $\varepsilon$")
     right.set_title("(b) nodes, steps and scheme")
+    for axes in (left, right):
+        # Costs may span less than two decades, of which powers of ten alone would label one place.
+        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.xaxis.set_major_formatter("{x:g}")
+        axes.xaxis.set_minor_formatter(NullFormatter())
     handles, labels = left.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=4)
     note(figure, band, said)
@@ -107,8 +113,8 @@ def _draw_members(axes: Axes, dataset: xr.Dataset, name: str) -> None:
         x, y = cost[number], error[number]
         axes.plot(x, y, "D", color=COLOURS[1], markersize=6, fillstyle="none")
         text = str(names[number]).removeprefix("level-")
-        # Levels of about the same cost would write over one another.
-        _label(axes, x, y, text, COLOURS[1], rise=6 if place % 2 else -12)
+        # Levels of about the same cost would write over one another, the last one over the edge.
+        _label(axes, x, y, text, COLOURS[1], left=place % 3 == 0)
 
 
 def _label(

@@ -129,9 +129,11 @@ def with_blocks(document: str, blocks: Blocks) -> str:
         begin, end = f"<!-- begin {name}: generated -->", f"<!-- end {name} -->"
         pattern = re.escape(begin) + r"\n.*?" + re.escape(end)
         whole = f"{begin}\n\n{text}\n\n{end}"
-        document, count = re.subn(pattern, lambda _, new=whole: new, document, flags=re.DOTALL)
-        if count != 1:
-            raise ConfigError(str(DOCUMENT), name, f"has {count} places", f"put {begin} and {end}")
+        places = re.findall(pattern, document, flags=re.DOTALL)
+        if len(places) != 1:
+            limit = f"is generated for {len(places)} places of the document"
+            raise ConfigError(str(DOCUMENT), name, limit, f"keep one of {begin} ... {end}")
+        document = document.replace(places[0], whole)
     return document
 
 
