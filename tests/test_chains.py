@@ -9,8 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from softslip.chains import carry_back, lagrange_weights, refine
+from softslip.derived import contact_strength
 from softslip.neighbours import find_pairs
-from softslip.steric import add_contacts, contact_strength
+from softslip.steric import add_contacts
 
 LENGTH = 2.5
 SIZES = (7, 16, 3, 30, 12, 9)

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from softslip import contacts as module
 from softslip import steric
 from softslip.contacts import Contacts, NoContacts, contacts_between
+from softslip.derived import contact_strength
 from softslip.geometry import Layout
 from softslip.neighbours import find_pairs
 
@@ -87,7 +88,7 @@ def test_one_point_a_node_is_the_pair_force_between_nodes(reading):
     forces, film = pushed(given, positions, layout)
     wanted = np.zeros_like(positions)
     pairs = find_pairs(positions, layout.body, layout.particles, given.channel.length, RANGE)
-    strength = steric.contact_strength(given.steric.energy, reading)
+    strength = contact_strength(given.steric.energy, reading)
     law = (given.channel.length, RANGE, strength)
     thinnest = steric.add_contacts(positions, layout.weights, *pairs, *law, wanted)
     assert np.count_nonzero(wanted) > 50

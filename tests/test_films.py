@@ -3,10 +3,10 @@ import pytest
 import scenes
 import twins
 
-from softslip import films, shear
+from softslip import films
+from softslip.derived import contact_strength
 from softslip.errors import ConfigError
 from softslip.parameters import Parameters
-from softslip.steric import contact_strength
 
 RANGE, ENERGY = 9 / 8192, 1e-9
 
@@ -56,7 +56,7 @@ def given(energy, fidelity="standard", **groups):
 @pytest.mark.parametrize("fidelity", [None, "preview", "standard", "paper", "converged"])
 @pytest.mark.parametrize("energy", [0.0, 1e-11, 1e-9, 1e-8])
 def test_every_level_resolves_the_contacts_of_the_paper_and_stiffer_ones(fidelity, energy):
-    films.check_contacts(given(energy, fidelity))
+    given(energy, fidelity)
 
 
 def stiff(refinement):
@@ -68,16 +68,15 @@ def stiff(refinement):
 
 def test_contacts_that_interlock_are_refused_with_what_would_do():
     with pytest.raises(ConfigError, match=r"steric\.refinement: 2 .* use at least 3,") as caught:
-        films.check_contacts(stiff(2))
+        stiff(2)
     assert caught.value.key == "steric.refinement"
-    films.check_contacts(stiff(3))
+    stiff(3)
 
 
 def test_nothing_is_refused_where_nothing_touches():
-    films.check_contacts(given(1e-7, suspension={"area_fraction": 0.0}))
+    given(1e-7, suspension={"area_fraction": 0.0})
 
 
-def test_a_stage_does_not_begin_with_contacts_that_interlock(foam):
-    stiff = scenes.parameters(steric={"energy": 1e-6})
+def test_a_scenario_with_contacts_that_interlock_is_refused_before_anything_runs():
     with pytest.raises(ConfigError, match=r"steric\.refinement"):
-        shear.age(foam, stiff)
+        scenes.parameters(steric={"energy": 1e-6})

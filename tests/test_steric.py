@@ -5,9 +5,10 @@ import twins
 from hypothesis import given
 from hypothesis import strategies as st
 
+from softslip.derived import contact_strength
 from softslip.neighbours import find_pairs
 from softslip.sections import REFERENCE_MESH_SIZE, REFERENCE_NODE_SPACING
-from softslip.steric import add_contacts, contact_strength
+from softslip.steric import add_contacts
 
 RANGE = 9 * REFERENCE_MESH_SIZE
 LENGTH = 6 * RANGE

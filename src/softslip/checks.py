@@ -15,6 +15,7 @@ from softslip.derived import (
 )
 from softslip.errors import ConfigError
 from softslip.fields import brief
+from softslip.films import check_contacts
 from softslip.sections import Tree
 
 PLAIN_SPACING = 2.5
@@ -322,5 +323,6 @@ CHECKS = (
     _check_rheometer,
     _check_times,
     _check_snapshots,
+    check_contacts,
 )
 """What must hold between values of different keys, in the order in which it is checked."""

@@ -6,6 +6,7 @@ import numpy as np
 
 from softslip import steric
 from softslip.chains import carry_back, lagrange_weights, refine
+from softslip.derived import contact_strength
 from softslip.geometry import BoolArray, FloatArray, IndexArray, IntArray, Layout
 from softslip.neighbours import ContactList, PairSource, Refinement
 from softslip.parameters import Parameters
@@ -34,7 +35,7 @@ class Contacts:
     ) -> None:
         given, self._length = parameters.steric, parameters.channel.length
         self._range = given.length
-        self._strength = steric.contact_strength(given.energy, given.reading)
+        self._strength = contact_strength(given.energy, given.reading)
         factor = given.refinement
         self._plain = factor == 1
         # Of the points, their positions, and their forces or velocities: used again and again.

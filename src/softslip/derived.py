@@ -1,6 +1,8 @@
-"""What follows from several parameters: bumps of the walls, and the split of the Ewald sum."""
+"""What follows from several parameters: bumps, the split of the Ewald sum, contact forces."""
 
-from softslip.sections import Tree
+from typing import Literal
+
+from softslip.sections import REFERENCE_NODE_SPACING, Tree
 
 EWALD_REACH = 5.5
 """Reach of the Ewald sum's near part over its split length at most, where it ends by itself."""
@@ -53,3 +55,22 @@ def bump_count(parameters: Tree) -> int:
     bump = bump_radius(parameters)
     separation = parameters.wall.bump_separation * bump
     return max(1, round(parameters.channel.length / separation)) if bump > 0 else 0
+
+
+def contact_strength(energy: float, reading: Literal["energy", "density"]) -> float:
+    """Return the constant c of the pair force c w_i w_j g(r) that a reading of K_LJ stands for.
+
+    The pair sum stands for a double integral along two membranes, so each node of weight w = Δs
+    counts in proportion to it, and the sum does not depend on how fine the nodes are. At the
+    paper's spacing Δs_ref, 'energy' makes -K_LJ dE/dr the force between two nodes, and 'density'
+    makes it their force density, which Eq. 28 multiplies by Δs (design §1).
+
+    Parameters
+    ----------
+    energy
+        K_LJ.
+    reading
+        'energy' or 'density'.
+    """
+    power = 2 if reading == "energy" else 1
+    return energy / REFERENCE_NODE_SPACING**power

@@ -1,14 +1,13 @@
 """Films between membranes: what they carry, and whether contact points resolve them."""
 
 import math
+from functools import cache
 
 import numpy as np
-from scipy.optimize import brentq
 
+from softslip.derived import contact_strength
 from softslip.errors import ConfigError
-from softslip.geometry import FloatArray
-from softslip.parameters import Parameters
-from softslip.steric import contact_strength
+from softslip.sections import Tree
 
 FEWEST_POINTS = 1.0
 """Contact points of the other membrane that a point must touch."""
@@ -34,7 +33,7 @@ def contact_pressure(thickness: float, contact_range: float, strength: float) ->
         c of `softslip.steric.contact_strength`.
     """
     half = math.sqrt(contact_range**2 - thickness**2)
-    x: FloatArray = 0.5 * half * (_ABSCISSAE + 1.0)
+    x = 0.5 * half * (_ABSCISSAE + 1.0)
     square = thickness**2 + x**2
     ratio = contact_range**2 / square
     density = 96.0 / square * (ratio**4 - ratio**3) * thickness
@@ -42,8 +41,10 @@ def contact_pressure(thickness: float, contact_range: float, strength: float) ->
     return strength * half * float(np.sum(_WEIGHTS * density))
 
 
+@cache
 def film_under(pressure: float, contact_range: float, strength: float) -> float:
     """Return the film that carries a pressure between parallel membranes [length unit]."""
+    from scipy.optimize import brentq  # Reading a scenario must not wait for it in vain.
 
     def excess(ratio: float) -> float:
         return contact_pressure(ratio * contact_range, contact_range, strength) - pressure
@@ -53,7 +54,7 @@ def film_under(pressure: float, contact_range: float, strength: float) -> float:
     return contact_range * float(brentq(excess, _THINNEST, _THICKEST, xtol=1e-12))
 
 
-def points_in_range(parameters: Parameters, refinement: int) -> float:
+def points_in_range(parameters: Tree, refinement: int) -> float:
     """Return how many contact points of a membrane a point on the other one touches.
 
     Across the film under the larger of the membrane modulus and the imposed stress, which is what
@@ -74,7 +75,7 @@ def points_in_range(parameters: Parameters, refinement: int) -> float:
     return 2.0 * math.sqrt(steric.length**2 - film**2) / apart
 
 
-def check_contacts(parameters: Parameters) -> None:
+def check_contacts(parameters: Tree) -> None:
     """Raise when contact points are too far apart for the films that they hold open.
 
     A stiff contact holds membranes apart at nearly its range, where a point touches few others:

@@ -9,7 +9,6 @@ import xarray as xr
 from softslip import health
 from softslip.crossing import check_crossing
 from softslip.errors import NumericalError
-from softslip.films import check_contacts
 from softslip.geometry import Box, FloatArray, Layout, WallContour, wall_positions
 from softslip.integrators import INTEGRATORS, Accuracy, Memory, Vector
 from softslip.membrane import rest_spacing, wrap_particles
@@ -181,13 +180,10 @@ def advance(
 
     Raises
     ------
-    ConfigError
-        When contact points are too far apart for the films between them.
     NumericalError
         When a guard of `softslip.health` finds the numbers out of range, or no step is short
         enough.
     """
-    check_contacts(parameters)
     stepping = parameters.time_stepping
     integrate = INTEGRATORS[stepping.integrator]
     accuracy = Accuracy(stepping.tolerance, suspension.error_scale(state))

@@ -1,32 +1,11 @@
 """Contact repulsion between nodes of different bodies (Eqs. 2 and 22)."""
 
 import math
-from typing import Literal
 
 import numpy as np
 
 from softslip.geometry import FloatArray, IndexArray, IntArray
 from softslip.kernels import compiled, compiled_exactly
-from softslip.sections import REFERENCE_NODE_SPACING
-
-
-def contact_strength(energy: float, reading: Literal["energy", "density"]) -> float:
-    """Return the constant c of the pair force c w_i w_j g(r) that a reading of K_LJ stands for.
-
-    The pair sum stands for a double integral along two membranes, so each node of weight w = Δs
-    counts in proportion to it, and the sum does not depend on how fine the nodes are. At the
-    paper's spacing Δs_ref, 'energy' makes -K_LJ dE/dr the force between two nodes, and 'density'
-    makes it their force density, which Eq. 28 multiplies by Δs (design §1).
-
-    Parameters
-    ----------
-    energy
-        K_LJ.
-    reading
-        'energy' or 'density'.
-    """
-    power = 2 if reading == "energy" else 1
-    return energy / REFERENCE_NODE_SPACING**power
 
 
 @compiled_exactly

@@ -6,12 +6,13 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from softslip.contacts import Contacts
+from softslip.derived import contact_strength
 from softslip.fields import quantity
 from softslip.geometry import FloatArray, Layout
 from softslip.neighbours import find_pairs
 from softslip.parameters import Parameters
 from softslip.sections import REFERENCE_MESH_SIZE
-from softslip.steric import add_contacts, contact_strength
+from softslip.steric import add_contacts
 from softslip.validation.case import Case, Outcome
 
 LENGTH, RADIUS = 0.125, 0.00846
