@@ -109,3 +109,15 @@ def test_nothing_solved_is_drawn_as_nothing():
     lost = dataset("film", {"x": [1.0, 2.0]}, refused=[1, 2])
     lost = lost[["passed", "refusal"]].assign_attrs(leading="")
     assert "film: 2 of 2 refused" in words(validation(lost))
+
+
+def test_a_case_without_any_error_shows_what_came_out():
+    flawless = dataset("order", {"vary": ["step", "nodes"]})
+    leading = flawless.attrs["leading"]
+    flawless[f"{leading}_error"] *= 0.0
+    flawless[f"{leading}_result"] = flawless[f"{leading}_error"] + 2.0
+    flawless[f"{leading}_reference"] = flawless[f"{leading}_error"] + 1.0
+    (panel,) = validation(flawless).axes
+    heights = [line.get_ydata().tolist() for line in panel.get_lines()]
+    assert heights == [[2.0, 2.0], [1.0, 1.0]]
+    assert panel.get_yscale() == "linear"

@@ -44,7 +44,8 @@ COLUMNS = 2
 def validation(*datasets: xr.Dataset) -> Figure:
     """Draw the leading error of each case over what was swept, a colour a fidelity.
 
-    A second panel of the cylinders has their drag with the exact and the published values. Dashed
+    A case that has no error anywhere is shown by its results beside what they should be. A second
+    panel of the cylinders has their drag with the exact and the published values. Dashed
     grey lines are the largest acceptable errors; what could not be solved leaves a gap.
 
     Parameters
@@ -52,7 +53,9 @@ def validation(*datasets: xr.Dataset) -> Figure:
     datasets
         Of `softslip.validation.sweep`, in any number.
     """
-    panels = [(_draw_errors, dataset) for dataset in datasets]
+    panels = [
+        (_draw_errors if _has_errors(dataset) else _draw_results, dataset) for dataset in datasets
+    ]
     panels += [(_draw_drag, dataset) for dataset in datasets if _has_drag(dataset)]
     rows = max(math.ceil(len(panels) / COLUMNS), 1)
     figure, grid = grid_of_panels(rows, COLUMNS, width=WIDE, height=2.6)
@@ -113,6 +116,28 @@ def _places(dataset: xr.Dataset, along: str) -> np.ndarray[Any, np.dtype[np.floa
     if _numeric(dataset, along):
         return np.asarray(dataset[along].values, np.float64)
     return np.arange(dataset.sizes[along], dtype=np.float64)
+
+
+def _has_errors(dataset: xr.Dataset) -> bool:
+    leading = dataset.attrs["leading"]
+    return not leading or not bool((dataset[f"{leading}_error"] == 0).all())
+
+
+def _draw_results(axes: Axes, dataset: xr.Dataset) -> None:
+    """Draw what came out, and what should have: dashed."""
+    leading, along = dataset.attrs["leading"], _along(dataset)
+    axes.set_title(dataset.attrs["case"])
+    _label(axes, dataset, along)
+    axes.set_ylabel(leading.replace("_", " "))
+    x = _places(dataset, along)
+    for style, words, part in _lines(dataset, along):
+        axes.plot(x, part[f"{leading}_result"].values, label=words, **style)
+        wanted = part[f"{leading}_reference"].values
+        axes.plot(x, wanted, color="0.5", linestyle="--", linewidth=0.8, zorder=0)
+    axes.set_ylim(0, 1.2 * float(dataset[f"{leading}_result"].max()))
+    handles, labels = axes.get_legend_handles_labels()
+    if any(labels):
+        axes.legend(handles, labels, fontsize=6.5)
 
 
 def _draw_errors(axes: Axes, dataset: xr.Dataset) -> None:

@@ -26,7 +26,7 @@ POINTS = 33
 EWALD_ERROR = 2e-4
 """Relative error of velocities by the Ewald sum, which no mesh size lowers."""
 
-ORDER_ERROR = 0.05
+ORDER_ERROR = 0.1
 """Error of an order taken from the largest errors at places that lie differently on each mesh."""
 
 
