@@ -41,7 +41,7 @@ def test_the_thinnest_channel_is_solved_but_for_the_lag_of_its_walls(fidelity):
 
 def test_the_lag_of_regularised_walls_is_what_is_left_of_the_error():
     """Where the outer gap is thin and sheared, a wall lags by much more than the sum errs."""
-    outcome = Couette(fidelity="standard", outside="periodic", outer_gap=1 / 64).solve()
+    outcome = Couette(fidelity="paper", outside="periodic", outer_gap=1 / 64).solve()
     assert not outcome.passed
     assert outcome.errors["relative_speed"] > 5e-3
     assert outcome.result["lag"] == pytest.approx(outcome.reference["lag"], rel=0.01)
