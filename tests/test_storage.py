@@ -150,3 +150,14 @@ def test_a_dataset_of_nobody_is_refused(tmp_path, dataset):
     path = tmp_path / "foreign.nc"
     dataset.to_netcdf(path)
     assert "of stage None" in refusal(path)
+
+
+def test_words_of_parts_that_were_read_keep_their_length_in_the_whole(tmp_path):
+    paths = [tmp_path / f"{number}.nc" for number in range(2)]
+    for path, words in zip(paths, (["short"], ["much longer"]), strict=True):
+        part = xr.Dataset({"label": ("cell", np.array(words, dtype=object))})
+        write_dataset(part, path, stage="part", run="", title="")
+    whole = xr.concat([read_dataset(path, stage="part") for path in paths], "cell")
+    write_dataset(whole, tmp_path / "whole.nc", stage="whole", run="", title="")
+    found = read_dataset(tmp_path / "whole.nc", stage="whole")
+    assert found["label"].values.tolist() == ["short", "much longer"]

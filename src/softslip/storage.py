@@ -34,7 +34,8 @@ def write_dataset(dataset: xr.Dataset, path: Path, *, stage: str, run: str, titl
     title
         One line for people.
     """
-    labelled = dataset.assign_attrs(
+    # How a part was stored before, such as the length of its words, need not fit the whole.
+    labelled = dataset.drop_encoding().assign_attrs(
         Conventions="CF-1.11",
         title=title,
         source=f"softslip {softslip.__version__}",
