@@ -1,5 +1,6 @@
 """The map of stability and the longest stable steps as Markdown tables, from datasets alone."""
 
+import re
 from collections.abc import Sequence
 
 import xarray as xr
@@ -38,7 +39,12 @@ def verdicts_table(stability: xr.Dataset) -> str:
 
 
 def _labels(part: xr.Dataset, verdict: str) -> str:
-    return ", ".join(part["label"].values[part["verdict"].values == verdict])
+    return ", ".join(map(_plain, part["label"].values[part["verdict"].values == verdict]))
+
+
+def _plain(label: object) -> str:
+    """Return a label that can stand in a list."""
+    return str(label).replace(", ", " ")
 
 
 def _stops(part: xr.Dataset) -> str:
@@ -46,15 +52,15 @@ def _stops(part: xr.Dataset) -> str:
     stopped = part.isel(cell=part["verdict"].values == "stopped")
     found: dict[str, list[str]] = {}
     for label, message in zip(stopped["label"].values, stopped["message"].values, strict=True):
-        found.setdefault(_cause(str(message)), []).append(str(label))
+        found.setdefault(_cause(str(message)), []).append(_plain(label))
     return "; ".join(f"{', '.join(labels)}: {cause}" for cause, labels in found.items())
 
 
 def _cause(message: str) -> str:
     """Return the kind of an error and the field that it names."""
     kind, _, rest = message.partition(": ")
-    field = rest.partition(" at step")[0].partition(":")[0].partition("[")[0]
-    return f"{kind}, `{field}`" if field else kind
+    field = re.match(r"([\w.]+)(\[\d+\] at step |: )", rest)
+    return f"{kind}, `{field[1]}`" if field else kind
 
 
 def limits_table(limits: xr.Dataset) -> str:
