@@ -42,7 +42,7 @@ from softslip.storage import read_dataset, write_dataset
 
 ROOT = Path(__file__).parents[1]
 
-SMALL, LEVEL = 24, "preview"
+SMALL, LEVEL = 24, "paper"
 
 GAP = 0.03
 """Solvent outside the walls that makes the paper's box cheap enough for a test."""
@@ -205,7 +205,7 @@ def test_mobilities_agree_on_the_same_nodes_and_on_their_own(results):
     own = found["own"]
     assert own["rms_error"] < 2e-3
     assert own["max_error"] < 1e-2
-    assert own["nodes"] < 0.3 * own["grid_nodes"]
+    assert own["nodes"] < 0.4 * own["grid_nodes"]
     assert own["grid_nodes"] == found["nodes"]
     keys = {"ratio", "grid_seconds", "ewald_seconds", "rms_error", "max_error", "nodes", "pairs"}
     assert keys <= found.keys()

@@ -187,7 +187,7 @@ def test_no_balanced_force_gains_energy(spread, stretch):
     """The rule overestimates a zigzag most, and is corrected as for a constant force."""
     nodes, forces = membranes([44, 44], stretch)
     positions, _ = with_walls(nodes, forces)
-    solver = corrected(Unbounded(spread), nodes, spread)
+    solver = corrected(Unbounded(spread, VISCOSITY), nodes, spread)
     size = forces.size
     matrix = np.empty((size, size))
     for column in range(size):

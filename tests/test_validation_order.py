@@ -7,7 +7,7 @@ from softslip.errors import ConfigError, NumericalError
 from softslip.validation import order
 from softslip.validation.order import ORDERS, Level, Order, apart
 
-SHORT = {"fidelity": "preview", "halvings": 2, "strain": 0.1}
+SHORT = {"fidelity": "paper", "halvings": 2, "strain": 0.1}
 
 
 @pytest.mark.parametrize(
