@@ -79,7 +79,7 @@ def limits(output: Output, study: StudyName = "full") -> None:
 @app.command(name="map")
 @one_line_errors
 def stability_map(data: Data, output: Output, study: StudyName = "full") -> None:
-    """Gather the axes of the map; fails when a cell is wrong."""
+    """Gather the axes of the map, and name the cells that are wrong."""
     from softslip.stability import gather
     from softslip.stability.markdown import wrong_cells
 

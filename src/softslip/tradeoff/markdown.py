@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from softslip.fidelity import LEVELS
 from softslip.tradeoff.choose import choices, doubts
 
 SYMBOLS = {
@@ -63,6 +64,11 @@ def _errors(row: xr.Dataset, name: str = "error") -> list[str]:
     return [percent(float(value)) for value in row[name].values]
 
 
+def _rank(row: xr.Dataset) -> int:
+    """Return the place of a level among all, coarsest first."""
+    return list(LEVELS).index(str(row["member"].values).removeprefix("level-"))
+
+
 def _levels(tradeoff: xr.Dataset) -> str:
     """Tell of the levels of fidelity, and of the finest members beside them."""
     rows = [
@@ -76,8 +82,7 @@ def _levels(tradeoff: xr.Dataset) -> str:
             _number(float(row["cost_ratio"])),
             _number(float(row["cost"])),
         ]
-        for kind in ("level", "finest")
-        for row in _rows_of(tradeoff, kind)
+        for row in (*sorted(_rows_of(tradeoff, "level"), key=_rank), *_rows_of(tradeoff, "finest"))
     ]
     header = [
         "settings",
