@@ -10,6 +10,7 @@ from pydantic.json_schema import GenerateJsonSchema
 
 from softslip.fields import all_fields, bounds, extra, group
 from softslip.parameters import Parameters
+from softslip.tables import table_row
 
 LINE_LENGTH = 100
 """Columns of a generated file."""
@@ -118,11 +119,11 @@ def spelt(value: Any) -> str:
 def parameters_table() -> str:
     """Return a Markdown table of every key: symbol, unit, default, bounds, paper and meaning."""
     header = ("Key", "Symbol", "Unit", "Default", "Bounds", "Paper", "Description")
-    lines = [_row(header), _row(["---"] * len(header))]
+    lines = [table_row(header), table_row(["---"] * len(header))]
     for path, field in all_fields(Parameters).items():
         paper = extra(field, "paper")
         lines.append(
-            _row(
+            table_row(
                 (
                     f"`{path}`",
                     extra(field, "symbol"),
@@ -135,10 +136,6 @@ def parameters_table() -> str:
             )
         )
     return "\n".join(lines) + "\n"
-
-
-def _row(cells: tuple[str, ...] | list[str]) -> str:
-    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 
 def with_table(readme: str) -> str:

@@ -2,6 +2,8 @@
 
 import os
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -49,12 +51,28 @@ def write_dataset(dataset: xr.Dataset, path: Path, *, stage: str, run: str, titl
         for name, variable in labelled.variables.items()
         if variable.ndim and variable.dtype.kind in "fiub"
     }
+    with replacing(path) as temporary:
+        labelled.to_netcdf(temporary, engine="netcdf4", encoding=encoding)
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Give a temporary file in the same folder, and in the end put it in a file's place.
+
+    It is synced and renamed, so that a reader finds either the whole new file or what was there
+    before. After an error nothing is left of it.
+
+    Parameters
+    ----------
+    path
+        Final name; its folder is made where it is missing.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
     os.close(handle)
     temporary = Path(name)
     try:
-        labelled.to_netcdf(temporary, engine="netcdf4", encoding=encoding)
+        yield temporary
         _sync(temporary)
         temporary.chmod(0o644)
         temporary.replace(path)

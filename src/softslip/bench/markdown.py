@@ -2,6 +2,8 @@
 
 import xarray as xr
 
+from softslip.tables import table_row
+
 COLUMNS = (
     "Element",
     "With it",
@@ -38,8 +40,8 @@ def elements_table(dataset: xr.Dataset) -> str:
     lines = [
         f"{count} particles at fidelity {fidelity}, over {duration:g} time units:",
         "",
-        _row(COLUMNS),
-        _row(["---", "---", "---", *["---:"] * (len(COLUMNS) - 4), "---"]),
+        table_row(COLUMNS),
+        table_row(["---", "---", "---", *["---:"] * (len(COLUMNS) - 4), "---"]),
     ]
     for name in dataset["element"].values:
         row = dataset.sel(element=name)
@@ -49,7 +51,7 @@ def elements_table(dataset: xr.Dataset) -> str:
         ]
         saved = [f"{float(row[key]):.1%}" for key in ("saved_share", "saved_per_evaluation")]
         off = str(row["switched_off"].values)
-        lines.append(_row([str(name), *words.values(), *figures, *saved, off]))
+        lines.append(table_row([str(name), *words.values(), *figures, *saved, off]))
     return "\n".join(lines) + "\n"
 
 
@@ -57,7 +59,3 @@ def _short(figure: xr.DataArray) -> str:
     """Return a number as a whole one where it counts, and with three digits otherwise."""
     value = float(figure)
     return f"{value:.0f}" if value.is_integer() else f"{value:.3g}"
-
-
-def _row(cells: tuple[str, ...] | list[str]) -> str:
-    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"

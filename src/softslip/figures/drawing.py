@@ -3,8 +3,6 @@
 import functools
 import itertools
 import json
-import os
-import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from importlib import resources
@@ -19,6 +17,7 @@ from matplotlib.figure import Figure
 
 import softslip
 from softslip.errors import DatasetError
+from softslip.storage import replacing
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 """Colours that the colour-blind can tell apart (Okabe and Ito 2008)."""
@@ -160,17 +159,9 @@ def save_figure(figure: Figure, path: Path, metadata: Mapping[str, Any]) -> None
         raise DatasetError(
             f"{path}: cannot save a figure as {path.suffix!r}; use one of {', '.join(FORMATS)}"
         )
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=f".{path.stem}.", suffix=path.suffix, dir=path.parent)
-    os.close(handle)
-    temporary = Path(name)
-    try:
-        with house_style():
-            figure.savefig(temporary, metadata=_labels(path.suffix, metadata))
-        temporary.chmod(0o644)
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with replacing(path) as temporary, house_style():
+        form = path.suffix.removeprefix(".")
+        figure.savefig(temporary, format=form, metadata=_labels(path.suffix, metadata))
 
 
 def _labels(suffix: str, metadata: Mapping[str, Any]) -> dict[str, Any]:

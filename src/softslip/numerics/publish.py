@@ -1,9 +1,7 @@
 """What is kept of a study: its datasets and figures, the tables of the document, the choices."""
 
 import json
-import os
 import re
-import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -11,7 +9,7 @@ from typing import Any
 from softslip.bench.markdown import elements_table
 from softslip.errors import ConfigError, DatasetError
 from softslip.stability.markdown import limits_table, verdicts_table
-from softslip.storage import read_dataset
+from softslip.storage import read_dataset, replacing
 from softslip.tradeoff.choose import choices
 from softslip.tradeoff.markdown import accuracy_tables
 from softslip.validation.markdown import errors_table
@@ -145,12 +143,5 @@ def blocks_in(document: str) -> dict[str, str]:
 
 def _replace(path: Path, content: bytes) -> None:
     """Write a file that appears whole or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(content)
-        os.chmod(name, 0o644)
-        os.replace(name, path)
-    finally:
-        Path(name).unlink(missing_ok=True)
+    with replacing(path) as temporary:
+        temporary.write_bytes(content)

@@ -6,7 +6,7 @@ membrane modulus, and the time unit follows from the viscosity. What must hold b
 different keys is checked in `softslip.checks`.
 """
 
-from softslip.sections.base import REFERENCE_MESH_SIZE, REFERENCE_NODE_SPACING, Section
+from softslip.sections.base import REFERENCE_MESH_SIZE, REFERENCE_NODE_SPACING, Section, Standalone
 from softslip.sections.channel import Channel, Rheometer, Wall
 from softslip.sections.material import Membrane, Solvent, Steric, Suspension
 from softslip.sections.numerics import Hydrodynamics, TimeStepping
@@ -26,6 +26,7 @@ __all__ = [
     "Rheometer",
     "Section",
     "Solvent",
+    "Standalone",
     "Steric",
     "Suspension",
     "TimeStepping",

@@ -1,9 +1,10 @@
 """The map of stability and the longest stable steps as Markdown tables, from datasets alone."""
 
 import re
-from collections.abc import Sequence
 
 import xarray as xr
+
+from softslip.tables import table_row
 
 VERDICTS = ("correct", "stopped", "wrong")
 """What becomes of a cell."""
@@ -27,14 +28,14 @@ def verdicts_table(stability: xr.Dataset) -> str:
     verdicts = stability["verdict"].values
     counts = [f"{int((verdicts == each).sum())} {each}" for each in VERDICTS]
     lines = [f"{len(verdicts)} cells: {', '.join(counts)}.", ""]
-    lines += [_row(("Axis", "Scheme", "Correct", "Stopped, and how", "Wrong"))]
-    lines += [_row(["---"] * 5)]
+    lines += [table_row(("Axis", "Scheme", "Correct", "Stopped, and how", "Wrong"))]
+    lines += [table_row(["---"] * 5)]
     pairs = list(zip(stability["group"].values, stability["scheme"].values, strict=True))
     for group, scheme in dict.fromkeys(pairs):
         part = stability.isel(cell=[pair == (group, scheme) for pair in pairs])
         cells = [_labels(part, each) for each in VERDICTS]
         cells[1] = _stops(part)
-        lines.append(_row([str(group).replace("_", " "), str(scheme), *cells]))
+        lines.append(table_row([str(group).replace("_", " "), str(scheme), *cells]))
     return "\n".join(lines) + "\n"
 
 
@@ -72,20 +73,16 @@ def limits_table(limits: xr.Dataset) -> str:
         Of `softslip.stability.measure_limits`.
     """
     head = ("Solver", "ε/dx", "Δs/dx", "β", "K_w", "Spectral radius", "Δt of `euler`", "Over 2/ρ")
-    lines = [_row(head), _row(["---", *["---:"] * (len(head) - 1)])]
+    lines = [table_row(head), table_row(["---", *["---:"] * (len(head) - 1)])]
     for number in range(limits.sizes["setting"]):
         one = limits.isel(setting=number)
         keys = ("regularisation", "node_spacing", "roughness", "stiffness")
         limit, theory = float(one["euler_limit"]), float(one["euler_theory"])
         numbers = [*(float(one[key]) for key in keys), float(one["spectral_radius"]), limit]
         cells = [f"{value:.3g}" for value in numbers]
-        lines.append(_row([f"`{one['mobility'].item()}`", *cells, f"{limit / theory:.3f}"]))
-    lines += ["", _row(["Stages of `rkc2`", *(str(int(s)) for s in limits["stages"].values)])]
-    lines += [_row(["---", *["---:"] * limits.sizes["stages"]])]
+        lines.append(table_row([f"`{one['mobility'].item()}`", *cells, f"{limit / theory:.3f}"]))
+    lines += ["", table_row(["Stages of `rkc2`", *(str(int(s)) for s in limits["stages"].values)])]
+    lines += [table_row(["---", *["---:"] * limits.sizes["stages"]])]
     ratios = (limits["rkc2_limit"] / limits["rkc2_theory"]).values
-    lines += [_row(["Longest step over theory", *(f"{ratio:.3f}" for ratio in ratios)])]
+    lines += [table_row(["Longest step over theory", *(f"{ratio:.3f}" for ratio in ratios)])]
     return "\n".join(lines) + "\n"
-
-
-def _row(cells: Sequence[str]) -> str:
-    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"

@@ -1,12 +1,11 @@
 """What the map of stability covers: the values along each of its axes."""
 
-from collections.abc import Mapping
 from typing import Annotated, Any, Self
 
-from pydantic import Strict, ValidationError
+from pydantic import Strict
 
-from softslip.fields import quantity, refusal
-from softslip.sections import Section
+from softslip.fields import quantity
+from softslip.sections import Standalone
 
 Values = Annotated[tuple[float, ...], Strict(False)]
 Counts = Annotated[tuple[int, ...], Strict(False)]
@@ -16,7 +15,7 @@ def _axis(*values: float, symbol: str, unit: str, description: str, **bounds: An
     return quantity(values, symbol=symbol, unit=unit, description=description, **bounds)
 
 
-class Plan(Section):
+class Plan(Standalone):
     """Values along the axes of the map, and the size of its scenes.
 
     The defaults are the map at its full size; `small` is one that continuous integration affords.
@@ -134,20 +133,6 @@ class Plan(Section):
         unit="1",
         description="Stages of 'rkc2' of which the limit of the step is measured.",
     )
-
-    @classmethod
-    def of(cls, values: Mapping[str, Any]) -> Self:
-        """Return the plan of a mapping, as read from YAML.
-
-        Raises
-        ------
-        ConfigError
-            Naming the first offending key, its value, the limit and a remedy.
-        """
-        try:
-            return cls.model_validate(dict(values))
-        except ValidationError as error:
-            raise refusal(cls, error.errors()[0]) from None
 
     @classmethod
     def small(cls) -> Self:

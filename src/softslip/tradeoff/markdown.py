@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 
 from softslip.fidelity import LEVELS
+from softslip.tables import table_row
 from softslip.tradeoff.choose import choices, doubts
 
 SYMBOLS = {
@@ -37,7 +38,7 @@ def accuracy_tables(tradeoff: xr.Dataset) -> str:
 def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """Return a Markdown table."""
     lines = [header, ["---"] * len(header), *rows]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    return "\n".join(map(table_row, lines))
 
 
 def percent(value: float) -> str:

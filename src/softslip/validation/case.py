@@ -4,13 +4,11 @@ import math
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, Self
-
-from pydantic import ValidationError
+from typing import Any, ClassVar, Literal
 
 from softslip.errors import NumericalError
-from softslip.fields import quantity, refusal
-from softslip.sections import Section
+from softslip.fields import quantity
+from softslip.sections import Standalone
 
 Fidelity = Literal["literal", "preview", "standard", "paper", "converged"]
 """Levels that a case can be solved at; 'literal' is the paper's own scheme."""
@@ -69,7 +67,7 @@ class Outcome:
         }
 
 
-class Case(Section):
+class Case(Standalone):
     """A flow with a known solution, and the settings of the solver that is tried on it.
 
     Subclasses add their parameters as fields, so that bounds, units and meanings are in one place.
@@ -95,20 +93,6 @@ class Case(Section):
         gt=0,
         description="Largest acceptable error; null takes the case's own.",
     )
-
-    @classmethod
-    def of(cls, values: Mapping[str, Any]) -> Self:
-        """Return the case with the given parameters.
-
-        Raises
-        ------
-        ConfigError
-            Naming the first offending parameter, its value, the limit and a remedy.
-        """
-        try:
-            return cls.model_validate(dict(values))
-        except ValidationError as error:
-            raise refusal(cls, error.errors()[0]) from None
 
     @abstractmethod
     def solve(self) -> Outcome:

@@ -14,6 +14,7 @@ from softslip.parameters import Parameters
 from softslip.sections import REFERENCE_MESH_SIZE
 from softslip.steric import add_contacts
 from softslip.validation.case import Case, Outcome
+from softslip.validation.channel import level_of
 
 LENGTH, RADIUS = 0.125, 0.00846
 """Period of the sheets, and radius of the circles, that of the paper's particles [length unit]."""
@@ -91,11 +92,10 @@ class Friction(Case):
 
     def _parameters(self) -> Parameters:
         """Return parameters with the level's contact points, in a box that none of them reads."""
-        level = None if self.fidelity == "literal" else self.fidelity
         steric = {} if self.refinement is None else {"refinement": self.refinement}
         return Parameters.from_mapping(
             {
-                "fidelity": level,
+                "fidelity": level_of(self.fidelity),
                 "channel": {"length": LENGTH, "height": 0.125, "outer_gap": 0.03125},
                 "suspension": {"area_fraction": 0.0},
                 "recording": {"bulk_margin": None},

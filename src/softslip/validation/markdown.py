@@ -5,6 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
+from softslip.tables import table_row
+
 LEVELS = ("literal", "preview", "standard", "paper", "converged")
 """Columns of the table, in this order."""
 
@@ -18,14 +20,14 @@ def errors_table(datasets: Sequence[xr.Dataset]) -> str:
         Of `softslip.validation.sweeps.sweep`, with the name of the sweep as ``run``.
     """
     head = ("Case", "Over", "Error of", *(f"`{level}`" for level in LEVELS), "Limit")
-    lines = [_row(head), _row(["---", "---", "---", *["---:"] * (len(LEVELS) + 1)])]
+    lines = [table_row(head), table_row(["---", "---", "---", *["---:"] * (len(LEVELS) + 1)])]
     for dataset in datasets:
         for name in _errors(dataset):
             cells = [_cell(dataset, name, level) for level in LEVELS]
             limit = float(dataset[f"{name}_tolerance"].max())
             quantity = dataset[f"{name}_error"].attrs["long_name"].removeprefix("error of: ")
             lines.append(
-                _row([dataset.attrs["run"], _over(dataset), quantity, *cells, f"{limit:.2g}"])
+                table_row([dataset.attrs["run"], _over(dataset), quantity, *cells, f"{limit:.2g}"])
             )
     return "\n".join(lines) + "\n"
 
@@ -63,7 +65,3 @@ def _cell(dataset: xr.Dataset, name: str, level: str) -> str:
     error, refused = dataset[f"{name}_error"], int((dataset["refusal"] != "").sum())
     note = f" ({refused} refused)" if refused else ""
     return (f"{float(error.max()):.2g}" if np.isfinite(error).any() else "–") + note
-
-
-def _row(cells: Sequence[str]) -> str:
-    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"

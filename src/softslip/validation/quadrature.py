@@ -12,6 +12,7 @@ from softslip.mobility.quadrature import CorrectedQuadrature
 from softslip.parameters import Parameters
 from softslip.sections import REFERENCE_MESH_SIZE
 from softslip.validation.case import Case, Outcome
+from softslip.validation.channel import level_of
 from softslip.validation.unbounded import Unbounded
 
 SHAPES = (((0.0095, 0.0075), 0.3, -1.0), ((0.008, 0.009), -0.4, 1.0))
@@ -83,8 +84,7 @@ class Quadrature(Case):
 
     def solve(self) -> Outcome:
         """Compare plain and corrected sums with the converged one."""
-        level = None if self.fidelity == "literal" else self.fidelity
-        given = Parameters.from_mapping({"fidelity": level}).hydrodynamics
+        given = Parameters.from_mapping({"fidelity": level_of(self.fidelity)}).hydrodynamics
         spacing = (self.node_spacing or given.node_spacing) * REFERENCE_MESH_SIZE
         wanted = self.regularisation or given.regularisation
         ratio = wanted or regularisation_length(1.0, given.symbol)
