@@ -8,7 +8,7 @@ import twins
 from hypothesis import given
 from hypothesis import strategies as st
 
-from softslip.chains import carry_back, lagrange_weights, refine
+from softslip.chains import Subdivision, carry_back, lagrange_weights, refine
 from softslip.derived import contact_strength
 from softslip.neighbours import find_pairs
 from softslip.steric import add_contacts
@@ -222,3 +222,46 @@ def test_contacts_of_the_points_push_the_nodes_down_the_energy(factor):
     error = abs(slope + np.vdot(forces, direction)) / np.abs(forces * direction).sum()
     # As for the nodes themselves: rounding over the step, and the cut-off's kink.
     assert error <= 1e-7, f"off by {error:.1e}"
+
+
+def ring_forces(nodes):
+    """A circle of nodes between flat walls with a smooth force: (length, layout, places, forces)."""
+    given = scenes.empty()
+    length, height = given.channel.length, given.channel.height
+    ring = scenes.ellipse((0.5 * length, 0.5 * height), (0.3 * height,) * 2, nodes)
+    layout = scenes.layout_of_rings([ring], given)
+    places = np.concatenate((ring, layout.wall_reference.reshape(-1, 2)))
+    angle = 2 * np.pi * np.arange(nodes) / nodes
+    forces = np.zeros_like(places)
+    forces[:nodes] = np.column_stack((np.sin(angle) + 0.4, np.cos(3 * angle))) / nodes
+    forces[nodes:] = 0.7
+    return length, layout, places, forces
+
+
+@given(st.integers(7, 60), factors)
+def test_shares_keep_the_force_on_every_body(nodes, factor):
+    length, layout, _, forces = ring_forces(nodes)
+    shares = Subdivision(layout, length, factor).shares(forces)
+    for start, end in pairwise(layout.chains):
+        total = shares[factor * start : factor * end].sum(axis=0)
+        assert total == pytest.approx(forces[start:end].sum(axis=0), rel=1e-12, abs=1e-13)
+
+
+@pytest.mark.parametrize("factor", [2, 3, 6])
+def test_points_between_nodes_stand_for_a_smooth_membrane(factor):
+    """They are those of a circle of as many nodes, but for the sixth-order interpolation."""
+    length, layout, places, forces = ring_forces(60)
+    between = Subdivision(layout, length, factor)
+    _, _, closer, shares = ring_forces(60 * factor)
+    count = 60 * factor
+    assert between.points(places)[:count] == pytest.approx(closer[:count], abs=1e-6)
+    assert between.shares(forces)[:count] == pytest.approx(shares[:count], abs=1e-6)
+    flat = between.points(places)[count:, 1]
+    assert flat == pytest.approx(np.repeat(places[60:, 1], factor), abs=1e-15)
+
+
+def test_one_point_a_node_is_the_node_itself():
+    length, layout, places, forces = ring_forces(20)
+    nodes = Subdivision(layout, length, 1)
+    assert np.array_equal(nodes.points(places), places)
+    assert np.array_equal(nodes.shares(forces), forces)

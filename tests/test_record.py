@@ -225,6 +225,28 @@ def test_bulk_rate_is_the_slope_of_a_linear_profile():
     assert abs(values["slip_velocity"]) <= 0.3 / given.hydrodynamics.resolution
 
 
+def ring_profile(spacing):
+    """Velocity profile of a stretched, tilted ring at rest, by the corrected quadrature."""
+    given = scenes.empty(
+        hydrodynamics={"mobility": "ewald", "node_spacing": spacing, "quadrature": "corrected"},
+        membrane={"order": 6},
+    )
+    length, height = given.channel.length, given.channel.height
+    around = round(0.6 * np.pi * height * given.hydrodynamics.resolution / spacing)
+    half_axes = (0.35 * height, 0.25 * height)
+    ring = scenes.ellipse((0.5 * length, 0.5 * height), half_axes, around, 0.4)
+    suspension, state = scenes.of_rings([ring], given, stress=0.0)
+    observer = Observer(given, suspension.layout, mean_flow(given))
+    return observer.measure(state, suspension.evaluate(state))["velocity_profile"]
+
+
+def test_profile_is_that_of_membranes_not_of_lumps_at_their_nodes(monkeypatch):
+    close, membranes = np.diff(ring_profile(1.0)), np.diff(ring_profile(6.0))
+    monkeypatch.setattr("softslip.record.PROFILE_SPACING", 6.0)
+    lumps = np.diff(ring_profile(6.0))
+    assert np.abs(membranes - close).max() <= 0.1 * np.abs(lumps - close).max()
+
+
 def test_no_bulk_observables_where_none_are_asked_for(foam):
     given = scenes.parameters(recording={"bulk_margin": None})
     suspension, state = scenes.of_foam(foam, given)

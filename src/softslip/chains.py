@@ -9,7 +9,7 @@ energy the points have, and the total force is kept.
 
 import numpy as np
 
-from softslip.geometry import BoolArray, FloatArray, IntArray
+from softslip.geometry import BoolArray, FloatArray, IntArray, Layout
 from softslip.kernels import compiled
 
 PADDING = 3
@@ -49,6 +49,56 @@ def lagrange_weights(factor: int) -> FloatArray:
         for other in nodes[nodes != node]:
             weights[:, k] *= (place - other) / (node - other)
     return weights
+
+
+def period_jumps(layout: Layout, length: float) -> FloatArray:
+    """Return what x gains along each chain of `Layout.chains`: nothing, L_x along a wall."""
+    jumps = np.zeros(layout.particles + 2)
+    jumps[-2:] = length
+    return jumps
+
+
+class Subdivision:
+    """Points between the nodes of all bodies, m to a node, each with its share of the force.
+
+    Forces that nodes stand for are spread along the membrane; sums along a direction in which
+    the nodes lie far apart need them there, not in lumps. The total force on each body is kept,
+    because the six weights of a node add up to m over its points.
+
+    Parameters
+    ----------
+    layout
+        Nodes of the run.
+    length
+        Period L_x [length unit].
+    factor
+        Points per node, m.
+
+    Raises
+    ------
+    ValueError
+        When there is not at least one point per node.
+    """
+
+    def __init__(self, layout: Layout, length: float, factor: int) -> None:
+        self._weights = lagrange_weights(factor)
+        self._chains, self._jumps = layout.chains, period_jumps(layout, length)
+
+    def points(self, positions: FloatArray) -> FloatArray:
+        """Return where the points are, shape (m nodes, 2), from all nodes' positions."""
+        return self._refined(positions, self._jumps)
+
+    def shares(self, forces: FloatArray) -> FloatArray:
+        """Return the points' shares of the forces on all nodes, shape (m nodes, 2)."""
+        return self._refined(forces, np.zeros_like(self._jumps)) / len(self._weights)
+
+    def _refined(self, values: FloatArray, jumps: FloatArray) -> FloatArray:
+        if len(self._weights) == 1:
+            return values
+        refined = np.empty((len(self._weights) * len(values), 2))
+        every = np.ones(jumps.size, np.bool_)
+        refine(values, self._chains, jumps, every, self._weights, refined)
+        return refined
 
 
 @compiled

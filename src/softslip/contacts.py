@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from softslip import steric
-from softslip.chains import carry_back, lagrange_weights, refine
+from softslip.chains import carry_back, lagrange_weights, period_jumps, refine
 from softslip.derived import contact_strength
 from softslip.geometry import BoolArray, FloatArray, IndexArray, IntArray, Layout
 from softslip.neighbours import ContactList, PairSource, Refinement
@@ -42,8 +42,7 @@ class Contacts:
         self._room = np.empty((2, factor * layout.nodes, 2))
         self._interpolation = lagrange_weights(factor)
         self._chains = layout.chains
-        self._jump = np.zeros(layout.particles + 2)
-        self._jump[-2:] = self._length
+        self._jump = period_jumps(layout, self._length)
         self._weights = np.repeat(layout.weights, factor) / factor
         gain = float(np.abs(self._interpolation).sum(axis=1).max())
         every = np.ones(layout.particles + 2, np.bool_)
