@@ -225,7 +225,7 @@ def test_contacts_of_the_points_push_the_nodes_down_the_energy(factor):
 
 
 def ring_forces(nodes):
-    """A circle of nodes between flat walls with a smooth force: (length, layout, places, forces)."""
+    """(L_x, layout, places, forces) of a circle between flat walls under a smooth force."""
     given = scenes.empty()
     length, height = given.channel.length, given.channel.height
     ring = scenes.ellipse((0.5 * length, 0.5 * height), (0.3 * height,) * 2, nodes)
