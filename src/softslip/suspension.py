@@ -155,7 +155,11 @@ class Suspension:
                 f"no tractions found that hold the walls rigid to {RIGIDITY_TOLERANCE:.0%}; "
                 "use a finer hydrodynamics.resolution or a lower suspension.area_fraction",
             )
-        loaded.tether[:] += tether.reshape(loaded.tether.shape)
+        held = tether.reshape(loaded.tether.shape)
+        # Tethers drag no wall along x as a whole: the traction does that, and the solution is free
+        # of it but for rounding, which nothing would bring to rest again.
+        held[:, :, 0] -= held[:, :, 0].mean(axis=1, keepdims=True)
+        loaded.tether[:] += held
         return loaded
 
     def velocities_at(self, points: FloatArray, evaluation: Evaluation) -> FloatArray:

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from softslip.figures.drawing import (
     COLOURS,
@@ -45,8 +46,9 @@ def validation(*datasets: xr.Dataset) -> Figure:
     """Draw the leading error of each case over what was swept, a colour a fidelity.
 
     A case that has no error anywhere is shown by its results beside what they should be. A second
-    panel of the cylinders has their drag with the exact and the published values. Dashed
-    grey lines are the largest acceptable errors; what could not be solved leaves a gap.
+    panel of the cylinders has their drag with the exact and the published values. Dashed grey
+    lines are the largest acceptable errors; what could not be solved leaves a gap. The colours
+    are explained once, above all panels, and in each panel what else was swept.
 
     Parameters
     ----------
@@ -62,11 +64,34 @@ def validation(*datasets: xr.Dataset) -> Figure:
     places = list(itertools.chain.from_iterable(grid))
     for number, (axes, (draw, dataset)) in enumerate(zip(places, panels, strict=False)):
         draw(axes, dataset)
-        axes.set_title(f"({chr(ord('a') + number)}) {axes.get_title()}")
+        axes.set_title(f"({chr(ord('a') + number)}) {axes.get_title()}", loc="left")
+        axes.set_title("")
     for axes in places[len(panels) :]:
         axes.remove()
+    _name_colours(figure, datasets)
     note(figure, *(_refused(dataset) for dataset in datasets), _failed(datasets))
     return figure
+
+
+def _levels(dataset: xr.Dataset) -> list[str]:
+    """Return the fidelities that a dataset has lines of."""
+    if "fidelity" in dataset.dims:
+        return [str(name) for name in dataset["fidelity"].values]
+    return [str(dataset.attrs.get("fidelity", ""))]
+
+
+def _colour(level: str, levels: Sequence[str]) -> str:
+    known = [*LEVELS, *(name for name in levels if name not in LEVELS)]
+    return COLOURS[known.index(level) % len(COLOURS)]
+
+
+def _name_colours(figure: Figure, datasets: Sequence[xr.Dataset]) -> None:
+    """Explain the colours of all panels at once."""
+    present = dict.fromkeys(level for dataset in datasets for level in _levels(dataset) if level)
+    names = sorted(present, key=lambda name: LEVELS.index(name) if name in LEVELS else len(LEVELS))
+    handles = [Line2D([], [], color=_colour(name, names), marker="o", label=name) for name in names]
+    if handles:
+        figure.legend(handles=handles, loc="outside upper center", ncols=len(handles))
 
 
 def _has_drag(dataset: xr.Dataset) -> bool:
@@ -79,36 +104,51 @@ def _numeric(dataset: xr.Dataset, dim: str) -> bool:
     return values.dtype.kind in "fiu" and bool(np.isfinite(values).all())
 
 
-def _along(dataset: xr.Dataset, prefer: str | None = None) -> str:
-    """Return the dimension that the panel runs along: a numeric one if there is, the longest."""
-    dims = [str(dim) for dim in dataset["passed"].dims]
-    if prefer in dims:
-        return str(prefer)
+def _along(dataset: xr.Dataset) -> str:
+    """Return the dimension that the panel runs along: of several values, numeric, the longest."""
+    sizes = {str(dim): dataset.sizes[dim] for dim in dataset["passed"].dims}
     return max(
-        dims, key=lambda dim: (_numeric(dataset, dim), dim != "fidelity", dataset.sizes[dim])
+        sizes,
+        key=lambda dim: (sizes[dim] > 1, _numeric(dataset, dim), dim != "fidelity", sizes[dim]),
     )
 
 
 def _lines(dataset: xr.Dataset, along: str) -> Iterator[tuple[dict[str, Any], str, xr.Dataset]]:
     """Yield for each combination of the other dimensions its style, its words and its values."""
     others = [str(dim) for dim in dataset["passed"].dims if dim not in (along, "fidelity")]
-    level = str(dataset.attrs.get("fidelity", ""))
-    levels = dataset["fidelity"].values.tolist() if "fidelity" in dataset.dims else [level]
-    if along == "fidelity":
-        levels = [""]
-    known = [*LEVELS, *(name for name in levels if name not in LEVELS)]
+    levels = [""] if along == "fidelity" else _levels(dataset)
     combinations = list(itertools.product(*(range(dataset.sizes[dim]) for dim in others)))
     for name, (kind, places) in itertools.product(levels, enumerate(combinations)):
         part = dataset.isel(dict(zip(others, places, strict=True)))
         if along != "fidelity" and "fidelity" in dataset.dims:
             part = part.sel(fidelity=name)
-        words = [name, *(named(dim, part[dim].item()) for dim in others)]
+        words = [named(dim, part[dim].item()) for dim in others if dataset.sizes[dim] > 1]
         style = {
-            "color": COLOURS[known.index(name) % len(COLOURS)],
-            "linestyle": LINES[kind % len(LINES)],
+            "color": _colour(name, levels),
+            # Between words there is nothing to join.
+            "linestyle": LINES[kind % len(LINES)] if _numeric(dataset, along) else "",
             "marker": MARKERS[kind % len(MARKERS)],
         }
-        yield style, ", ".join(word for word in words if word), part
+        yield style, ", ".join(words), part
+
+
+def _explain(axes: Axes, dataset: xr.Dataset, along: str) -> None:
+    """Explain lines and markers, whatever their colour, where there are several."""
+    found = {words: style for style, words, _ in _lines(dataset, along) if words}
+    if found:
+        handles = [
+            Line2D([], [], label=words, **(style | {"color": "0.3"}))
+            for words, style in found.items()
+        ]
+        # Beside the title: there is no curve to cover.
+        axes.legend(
+            handles=handles,
+            fontsize=6.5,
+            ncols=len(handles),
+            loc="lower right",
+            bbox_to_anchor=(1.02, 0.98),
+            frameon=False,
+        )
 
 
 def _places(dataset: xr.Dataset, along: str) -> np.ndarray[Any, np.dtype[np.float64]]:
@@ -130,14 +170,15 @@ def _draw_results(axes: Axes, dataset: xr.Dataset) -> None:
     _label(axes, dataset, along)
     axes.set_ylabel(leading.replace("_", " "))
     x = _places(dataset, along)
-    for style, words, part in _lines(dataset, along):
-        axes.plot(x, part[f"{leading}_result"].values, label=words, **style)
+    for style, _, part in _lines(dataset, along):
+        axes.plot(x, part[f"{leading}_result"].values, **style)
         wanted = part[f"{leading}_reference"].values
-        axes.plot(x, wanted, color="0.5", linestyle="--", linewidth=0.8, zorder=0)
+        grey: dict[str, Any] = (
+            {"linestyle": "--"} if style["linestyle"] else {"linestyle": "", "marker": "_"}
+        )
+        axes.plot(x, wanted, color="0.5", linewidth=0.8, markersize=30, zorder=0, **grey)
     axes.set_ylim(0, 1.2 * float(dataset[f"{leading}_result"].max()))
-    handles, labels = axes.get_legend_handles_labels()
-    if any(labels):
-        axes.legend(handles, labels, fontsize=6.5)
+    _explain(axes, dataset, along)
 
 
 def _draw_errors(axes: Axes, dataset: xr.Dataset) -> None:
@@ -149,17 +190,15 @@ def _draw_errors(axes: Axes, dataset: xr.Dataset) -> None:
     if not leading:
         return
     x = _places(dataset, along)
-    for style, words, part in _lines(dataset, along):
-        axes.plot(x, _positive(part[f"{leading}_error"].values), label=words, **style)
+    for style, _, part in _lines(dataset, along):
+        axes.plot(x, _positive(part[f"{leading}_error"].values), **style)
         if f"bare_{leading}_error" in part:
             faint = {**style, "marker": "", "linestyle": ":", "linewidth": 0.8}
             axes.plot(x, _positive(part[f"bare_{leading}_error"].values), **faint)
     limits = dataset[f"{leading}_tolerance"]
     loosest = limits.max([dim for dim in limits.dims if dim != along])
     axes.plot(x, loosest.values, color="0.5", linestyle="--", linewidth=0.8, zorder=0)
-    handles, labels = axes.get_legend_handles_labels()
-    if any(labels):
-        axes.legend(handles, labels, fontsize=6.5, ncols=2)
+    _explain(axes, dataset, along)
 
 
 def _positive(values: Any) -> Any:
@@ -172,8 +211,8 @@ def _draw_drag(axes: Axes, dataset: xr.Dataset) -> None:
     along = "concentration"
     axes.set_title("cylinders: drag")
     x = _places(dataset, along)
-    for style, words, part in _lines(dataset, along):
-        axes.plot(x, part["drag_result"].values, label=words, **{**style, "linestyle": ""})
+    for style, _, part in _lines(dataset, along):
+        axes.plot(x, part["drag_result"].values, **{**style, "linestyle": ""})
     exact = dataset["bare_drag_reference"]
     exact = exact.mean([dim for dim in exact.dims if dim != along])
     axes.plot(x, exact.values, color="0.3", zorder=0, label="exact, without regularisation")

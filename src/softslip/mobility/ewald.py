@@ -60,7 +60,7 @@ def mesh_lines(fewest: float) -> int:
 
 
 @compiled
-def _respond(
+def respond(
     modes: NDArray[np.complex128], straight: FloatArray, crossed: NDArray[np.complex128]
 ) -> None:
     """Turn modes of the force into modes of the velocity, both as complex fields.
@@ -148,7 +148,7 @@ class EwaldMobility:
     def _response(
         self, regularisation: float, viscosity: float
     ) -> tuple[FloatArray, NDArray[np.complex128]]:
-        """Return what `_respond` takes, both windows divided out."""
+        """Return what `respond` takes, both windows divided out."""
         nx, ny = self.shape
         spacing = (self._periods[0] / nx, self._periods[1] / ny)
         kx = 2 * np.pi * np.asarray(np.fft.fftfreq(nx, spacing[0]), np.float64)[:, None]
@@ -187,7 +187,7 @@ class EwaldMobility:
     def _solve(self) -> None:
         """Turn the forces on the far mesh into velocities."""
         self._transform.forward()
-        _respond(self._transform.modes, self._straight, self._crossed)
+        respond(self._transform.modes, self._straight, self._crossed)
         self._transform.backward()
 
     def _gather(self, points: FloatArray) -> FloatArray:

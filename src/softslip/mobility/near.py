@@ -263,7 +263,8 @@ def add_near(
     Parameters
     ----------
     points, forces
-        Shape (nodes, 2), contiguous; x periodic with ``length``.
+        Shape (nodes, 2), contiguous; x periodic with ``length``. The sum is worked out in the
+        precision of the forces, distances in that of the points.
     starts, partners
         Pairs of `softslip.neighbours.find_pairs`, complete within ``reach``; partners as unsigned
         numbers, which spare the loops a test for negative ones.
@@ -282,7 +283,8 @@ def add_near(
     # One place more: a pair beyond the reach is written, if not counted, after the last.
     room = BATCH * longest + 1
     found, ends = np.empty(room, np.uint32), np.empty(BATCH, np.uint32)
-    arms, squared, functions = np.empty(2 * room), np.empty(room), np.empty(2 * room)
+    arms, functions = np.empty(2 * room, forces.dtype), np.empty(2 * room, forces.dtype)
+    squared = np.empty(room)
     flat, pushes, answers = points.reshape(-1), forces.reshape(-1), velocities.reshape(-1)
     for begin in range(0, count, BATCH):
         nodes = (begin, min(begin + BATCH, count))

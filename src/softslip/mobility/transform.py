@@ -61,6 +61,13 @@ class PaddedTransform(_Planned):
     One complex transform costs no more than two real ones and keeps both components of a vector
     together in memory, where spreading and gathering want them.
 
+    Parameters
+    ----------
+    nx, ny, margin
+        Lines of the mesh, and how many more its margins have.
+    dtype
+        Complex numbers of double or of single precision.
+
     Attributes
     ----------
     mesh
@@ -70,10 +77,10 @@ class PaddedTransform(_Planned):
         Modes of the first component plus i times the second, shape (N_x, N_y), not contiguous.
     """
 
-    def __init__(self, nx: int, ny: int, margin: int) -> None:
-        padded: ModeArray = pyfftw.zeros_aligned((nx + margin, ny + margin), dtype=np.complex128)
-        self.mesh: FloatArray = padded.view(np.float64).reshape(*padded.shape, 2)
+    def __init__(self, nx: int, ny: int, margin: int, dtype: type = np.complex128) -> None:
+        padded: ModeArray = pyfftw.zeros_aligned((nx + margin, ny + margin), dtype=dtype)
+        self.mesh: FloatArray = padded.view(padded.real.dtype).reshape(*padded.shape, 2)
         # Without room after each row, columns of a power of two fall onto each other in the cache.
-        roomy: ModeArray = pyfftw.zeros_aligned((nx, ny + margin), dtype=np.complex128)
+        roomy: ModeArray = pyfftw.zeros_aligned((nx, ny + margin), dtype=dtype)
         self.modes: ModeArray = roomy[:, :ny]
         super().__init__(padded[:nx, :ny], self.modes)

@@ -45,10 +45,6 @@ RATE_FLOOR = 0.02
 REST_DRIFT = 0.01
 """Largest displacement of anything at rest, over the contact range."""
 
-SETTLING = 0.1
-"""The same on a mesh, over its mesh size if that is more: places within a cell of the mesh are not
-alike, so that a body settles by a part of a cell and then stays."""
-
 LOST_DIGITS = 1e-9
 """Largest relative change of rates when whole periods are taken from the walls' displacements: a
 hundred periods cost two digits of sixteen, and stiff forces some more."""
@@ -302,10 +298,7 @@ def _drift(scene: scenes.Scene, run: Run, evidence: Evidence) -> list[str]:
     walls = after.wall_displacement - before.wall_displacement
     largest = max(np.abs(apart).max(initial=0.0), np.abs(walls).max())
     evidence.position_error = float(largest) / given.steric.length
-    limit = REST_DRIFT * given.steric.length
-    if given.hydrodynamics.mobility == "grid":
-        limit = max(limit, SETTLING / given.hydrodynamics.resolution)
-    if largest <= limit:
+    if evidence.position_error <= REST_DRIFT:
         return []
     return [f"something at rest moved by {evidence.position_error:.2g} contact ranges"]
 

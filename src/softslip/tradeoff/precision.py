@@ -1,58 +1,100 @@
-"""A Stokes solver as it would be in single precision, to see what that does to a run."""
+"""The Stokes solver in single precision, to see what that does to a run and what it saves."""
+
+from typing import Any
 
 import numpy as np
 
 from softslip import shear
 from softslip.bench import scenes
-from softslip.geometry import FloatArray
-from softslip.mobility import Mobility
-from softslip.mobility.ewald import EwaldMobility
-from softslip.parameters import Parameters
+from softslip.errors import ConfigError
+from softslip.geometry import Box, FloatArray, IndexArray, IntArray, Layout
+from softslip.mobility.ewald import EwaldMobility, respond
+from softslip.mobility.transform import PaddedTransform
+from softslip.mobility.window import WIDTH
+from softslip.parameters import Parameters, split_length
 from softslip.suspension import Suspension
 
 
-class SinglePrecision:
-    """A mobility that gets positions and forces, and gives velocities, of 24 bits.
+class SinglePrecision(EwaldMobility):
+    """The Ewald sum with 24-bit numbers wherever there are many of them.
 
-    What it does in between stays in double precision: this is the least error that a solver in
-    single precision can have, and says nothing about its cost.
+    These are the mesh and its modes, which are transformed, and the arms, functions, forces and
+    velocities of the near sum. Positions stay in double precision, as 24 bits of them would cost
+    films their thickness, and so do the weights of the window.
 
     Parameters
     ----------
-    mobility
-        In double precision.
+    args, kwargs
+        Of `EwaldMobility`.
     """
 
-    def __init__(self, mobility: Mobility) -> None:
-        self._mobility = mobility
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self._single = PaddedTransform(*self.shape, WIDTH, np.complex64)
+        self._straight = self._straight.astype(np.float32)
+        self._crossed = self._crossed.astype(np.complex64)
+        self._scale = np.float32(self._scale)  # type: ignore[assignment]
 
-    def velocities(self, positions: FloatArray, forces: FloatArray) -> FloatArray:
-        """Return the rounded velocities of the nodes, shape (nodes, 2); see `Mobility`."""
-        return rounded(self._mobility.velocities(rounded(positions), rounded(forces)))
+    def _solve(self) -> None:
+        self._single.mesh[:] = self._transform.mesh
+        self._single.forward()
+        respond(self._single.modes, self._straight, self._crossed)
+        self._single.backward()
+        self._transform.mesh[:] = self._single.mesh
 
-    def velocities_at(
-        self, points: FloatArray, positions: FloatArray, forces: FloatArray
-    ) -> FloatArray:
-        """Return the rounded velocity at any points, shape (points, 2); see `Mobility`."""
-        given = rounded(positions), rounded(forces)
-        return rounded(self._mobility.velocities_at(rounded(points), *given))
+    def _add_near(
+        self,
+        points: FloatArray,
+        forces: FloatArray,
+        listed: tuple[IntArray, IndexArray],
+        velocities: FloatArray,
+    ) -> None:
+        near: Any = np.zeros(velocities.shape, np.float32)
+        short: Any = forces.astype(np.float32)
+        super()._add_near(points, short, listed, near)
+        velocities += near
 
 
-def rounded(values: FloatArray) -> FloatArray:
-    """Return the nearest numbers of single precision, as numbers of double precision."""
-    return values.astype(np.float32).astype(np.float64)
+def single_solver(parameters: Parameters, layout: Layout) -> SinglePrecision:
+    """Return the Stokes solver of a run in single precision; see `softslip.shear.solver_of`.
+
+    Raises
+    ------
+    ConfigError
+        For the mesh scheme, which there is in double precision only.
+    """
+    hydrodynamics = parameters.hydrodynamics
+    if hydrodynamics.mobility == "grid":
+        raise ConfigError(
+            "precision",
+            "single",
+            "is not for the mesh of hydrodynamics.mobility 'grid'",
+            "use a level whose mobility is 'ewald'",
+        )
+    return SinglePrecision(
+        Box.of(parameters),
+        shear.regularisation_of(parameters),
+        parameters.solvent.viscosity,
+        split_length(parameters),
+        rigid=layout.wall_reference.reshape(-1, 2),
+    )
 
 
 def in_single_precision(scene: scenes.Scene) -> scenes.Scene:
-    """Return the same state with a Stokes solver of single precision."""
-    given: Parameters = scene.parameters
-    solver = shear.solver_of(given, scene.layout)
-    shared = (solver.near_pairs, solver.reach) if isinstance(solver, EwaldMobility) else None
+    """Return the same state with a Stokes solver of single precision.
+
+    Raises
+    ------
+    ConfigError
+        For the mesh scheme.
+    """
+    given = scene.parameters
+    solver = single_solver(given, scene.layout)
     suspension = Suspension(
         given,
         scene.layout,
-        SinglePrecision(shear.mobility_of(given, scene.layout, solver)),
+        shear.mobility_of(given, scene.layout, solver),
         stress=given.rheometer.stress,
-        near_pairs=shared,
+        near_pairs=(solver.near_pairs, solver.reach),
     )
     return scenes.Scene(given, scene.layout, suspension, scene.state)
