@@ -6,7 +6,7 @@ import scenes
 from hypothesis import given
 from hypothesis import strategies as st
 
-from softslip import health, shear
+from softslip import health, trajectory
 from softslip.errors import NumericalError
 from softslip.geometry import polygon_area
 from softslip.membrane import ORDERS
@@ -210,7 +210,7 @@ def test_a_run_stops_at_the_step_that_a_number_is_lost(foam, smooth, name):
     suspension, state = scenes.of_foam(foam, smooth)
     getattr(state, name).flat[0] = np.nan
     with pytest.raises(NumericalError) as caught:
-        shear.advance(suspension, state, np.array([0.002]), smooth, nothing, nothing)
+        trajectory.advance(suspension, state, np.array([0.002]), smooth, nothing, nothing)
     assert caught.value.step == 0
 
 
@@ -222,7 +222,7 @@ def test_a_time_step_too_long_ends_in_an_error_that_says_so(foam):
     given = scenes.parameters(time_stepping={"step": 0.1}, rheometer={"stress": 0.5})
     suspension, state = scenes.of_foam(foam, given)
     with pytest.raises(NumericalError, match=r"time_stepping\.step"):
-        shear.advance(suspension, state, np.array([20.0]), given, nothing, nothing)
+        trajectory.advance(suspension, state, np.array([20.0]), given, nothing, nothing)
 
 
 def test_no_film_may_be_thinner_than_what_forces_are_spread_over(scene):
@@ -266,7 +266,9 @@ def test_a_run_under_the_printed_control_stops_before_it_means_nothing(foam, int
         stress.append(evaluation.stress)
 
     with pytest.raises(NumericalError, match=r"wall_speed\[\d\].*rheometer\.control 'exact'"):
-        shear.advance(suspension, suspension.load(state), np.array([0.2]), given, look, nothing)
+        trajectory.advance(
+            suspension, suspension.load(state), np.array([0.2]), given, look, nothing
+        )
     assert stress == pytest.approx(np.full(len(stress), 0.3), rel=0.01)
 
 
@@ -327,7 +329,7 @@ def test_a_run_stops_at_the_step_of_a_fault_in_its_evaluation(foam, smooth, spoi
     suspension, state = scenes.of_foam(foam, smooth)
     seen = []
     with pytest.raises(NumericalError) as caught:
-        shear.advance(
+        trajectory.advance(
             Faulty(suspension, spoil, 40),
             state,
             np.array([0.2]),
@@ -344,13 +346,13 @@ def test_a_run_of_euler_steps_begins_only_below_its_limit(foam, ratio):
     stiff = {"rheometer": {"stress": 0.0}, "wall": {"stiffness": 2e6}}
     given = scenes.parameters(**stiff, time_stepping={"step": 1e-4})
     suspension, state = scenes.of_foam(foam, given)
-    done = shear.advance(suspension, state, np.array([1e-4]), given, nothing, nothing)
+    done = trajectory.advance(suspension, state, np.array([1e-4]), given, nothing, nothing)
     step = ratio * 2 / done.state.spectral_radius
     given = scenes.parameters(**stiff, time_stepping={"step": step})
     suspension, state = scenes.of_foam(foam, given)
     if ratio < 1:
-        shear.advance(suspension, state, 5 * np.array([step]), given, nothing, nothing)
+        trajectory.advance(suspension, state, 5 * np.array([step]), given, nothing, nothing)
         return
     # The walls' tethers are the stiffest here, and the error says so.
     with pytest.raises(NumericalError, match=r"tether\[\d+\] at step 0: .*time_stepping.step"):
-        shear.advance(suspension, state, 5 * np.array([step]), given, nothing, nothing)
+        trajectory.advance(suspension, state, 5 * np.array([step]), given, nothing, nothing)

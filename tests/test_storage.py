@@ -5,7 +5,7 @@ import scenes
 import xarray as xr
 
 import softslip
-from softslip.errors import DatasetError
+from softslip.errors import DatasetError, StorageError
 from softslip.storage import read_dataset, write_dataset
 
 
@@ -102,7 +102,7 @@ def test_a_failed_writer_leaves_the_old_file_and_no_other(written, dataset, monk
         raise OSError("disk full")
 
     monkeypatch.setattr(xr.Dataset, "to_netcdf", fail)
-    with pytest.raises(OSError, match="disk full"):
+    with pytest.raises(StorageError, match=r"new\.nc: cannot be written \(disk full\)"):
         write_dataset(dataset, written, stage="shear", run="new", title="Another")
     assert written.read_bytes() == before
     assert [each.name for each in written.parent.iterdir()] == [written.name]

@@ -62,3 +62,19 @@ class NumericalError(SoftslipError):
 
 class DatasetError(SoftslipError):
     """A dataset is missing, damaged, or not of the stage that was asked for."""
+
+
+class CheckpointError(SoftslipError):
+    """A checkpoint is missing, damaged, or not of the run that was asked for."""
+
+
+class LockedError(SoftslipError):
+    """A run is being worked on already, or its folder cannot be locked."""
+
+
+class StorageError(SoftslipError):
+    """A file could not be written; what was there before is still there."""
+
+
+class Interrupted(SoftslipError):
+    """A signal asked a run to stop; the same command goes on with it."""

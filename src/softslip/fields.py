@@ -190,7 +190,7 @@ def unknown(root: type[BaseModel], path: str, value: object) -> ConfigError:
 
 def printable(text: str) -> str:
     """Return a text that a terminal can show: escaped where it is not plain."""
-    return text if text.isprintable() else ascii(text)
+    return text if text.isprintable() else ascii(str(text))  # `Verbatim` would not be escaped.
 
 
 def key_text(key: object) -> str:

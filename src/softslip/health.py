@@ -2,6 +2,7 @@
 
 import math
 from collections import deque
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -315,11 +316,19 @@ def check_control(wall_speed: FloatArray, velocity: FloatArray, step: int) -> No
 class Rejections:
     """Counts refused trials of the latest steps of a run.
 
-    It decides nothing but when to stop, so that a run that is taken up again stays the same run.
+    Parameters
+    ----------
+    latest
+        The counts of a run that is taken up again, oldest first.
     """
 
-    def __init__(self) -> None:
-        self._latest: deque[int] = deque(maxlen=REJECTION_STEPS)
+    def __init__(self, latest: Iterable[int] = ()) -> None:
+        self._latest: deque[int] = deque(latest, maxlen=REJECTION_STEPS)
+
+    @property
+    def latest(self) -> tuple[int, ...]:
+        """The counts of the last `REJECTION_STEPS` steps at most, oldest first."""
+        return tuple(self._latest)
 
     def add(self, rejections: int, step: int) -> None:
         """Take note of an accepted step and the trials that were refused before it.

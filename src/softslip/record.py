@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
+from softslip.arrays import below, under
 from softslip.chains import Subdivision
 from softslip.geometry import LOWER, UPPER, BoolArray, FloatArray, IntArray, Layout
 from softslip.membrane import membrane_areas
@@ -133,6 +134,17 @@ class Observer:
         }
 
 
+def _rows(memory: Sample, name: str, most: int) -> list[Sample]:
+    """Return the rows of a table that was stored by columns."""
+    columns = below(memory, name)
+    count = int(columns.pop("count"))
+    if not 0 <= count <= most or any(len(column) != count for column in columns.values()):
+        raise ValueError(f"{name} has rows of {count} of {most}, or columns of other lengths")
+    return [
+        {key: np.asarray(column[row]) for key, column in columns.items()} for row in range(count)
+    ]
+
+
 class _Mean:
     """Time average of samples since the last `take`, by the trapezoidal rule."""
 
@@ -148,6 +160,16 @@ class _Mean:
                 area = half * (self._last[name] + value)
                 self._integral[name] = self._integral.get(name, 0.0) + area
         self._time, self._last = time, sample
+
+    def memory(self) -> Sample:
+        """Return all that the average knows, as arrays by name."""
+        times = {"times": np.array([self._start, self._time])}
+        return times | under("last", self._last) | under("integral", self._integral)
+
+    def restore(self, memory: Sample) -> None:
+        """Go on from a `memory`."""
+        self._start, self._time = (float(time) for time in memory["times"])
+        self._last, self._integral = below(memory, "last"), below(memory, "integral")
 
     def take(self) -> Sample:
         width = self._time - self._start
@@ -257,6 +279,33 @@ class Recorder:
             self._profiles.append(self._profile.take()["velocity_profile"])
         if time in self._snapshot_times:
             self._snapshots.append(self._snapshot(state, evaluation))
+
+    def memory(self) -> Sample:
+        """Return all that was recorded so far, as arrays by name, for `restore`."""
+        found: Sample = {}
+        for name, rows in (("record", self._records), ("snapshot", self._snapshots)):
+            columns = {key: np.array([row[key] for row in rows]) for key in (rows[:1] or [{}])[0]}
+            found |= under(name, columns | {"count": np.asarray(len(rows))})
+        if self._profiles:
+            found["profiles"] = np.array(self._profiles)
+        return found | under("mean", self._mean.memory()) | under("profile", self._profile.memory())
+
+    def restore(self, memory: Sample) -> None:
+        """Go on from what `memory` returned; snapshots and records come back bit for bit.
+
+        Raises
+        ------
+        KeyError, ValueError
+            When that is not the memory of this stage.
+        """
+        self._records = _rows(memory, "record", self._edges.size - 1)
+        self._snapshots = _rows(memory, "snapshot", len(self._snapshot_times))
+        profiles = memory.get("profiles", np.empty((0, self._observer.heights.size)))
+        if profiles.ndim != 2 or profiles.shape[1] != self._observer.heights.size:
+            raise ValueError(f"profiles has shape {profiles.shape}")
+        self._profiles = list(profiles)
+        self._mean.restore(below(memory, "mean"))
+        self._profile.restore(below(memory, "profile"))
 
     def _snapshot(self, state: State, evaluation: Evaluation) -> Sample:
         box = self._suspension.box

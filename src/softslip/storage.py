@@ -1,29 +1,39 @@
 """NetCDF files that appear whole or not at all, and say which stage and run they are of."""
 
+import hashlib
+import json
 import os
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import xarray as xr
 
 import softslip
-from softslip.errors import DatasetError
+from softslip.errors import DatasetError, StorageError
 
 REFERENCE = (
     "G. Jung and S. M. Fielding, Wall slip and bulk yielding in soft particle suspensions, "
     "arXiv:1911.05392"
 )
 
+VOLATILE = ("history", "provenance")
+"""Attributes that differ between two runs of the same thing: when and where it was run."""
+
+CONTENT_DIGEST, RECORD_DIGEST = "content_sha256", "record_sha256"
+"""Attributes: the digest of all that the same run gives again, and of that with the rest."""
+
 
 def write_dataset(dataset: xr.Dataset, path: Path, *, stage: str, run: str, title: str) -> None:
     """Write a dataset under its final name in one step.
 
-    Every variable is compressed and carries a fletcher32 checksum. The file is written to a
-    temporary name in the same folder, synced and renamed, so that a reader finds either the
-    whole new file or what was there before.
+    Every variable is compressed and carries a fletcher32 checksum, and the whole two digests that
+    `read_dataset` checks. The file is written to a temporary name in the same folder, read back,
+    synced and renamed, so that a reader finds either the whole new file or what was there before.
 
     Parameters
     ----------
@@ -35,6 +45,11 @@ def write_dataset(dataset: xr.Dataset, path: Path, *, stage: str, run: str, titl
         Which stage and which run the dataset is the result of; read back by `read_dataset`.
     title
         One line for people.
+
+    Raises
+    ------
+    StorageError
+        When it cannot be written, or does not read back as it was.
     """
     # How a part was stored before, such as the length of its words, need not fit the whole.
     labelled = dataset.drop_encoding().assign_attrs(
@@ -46,13 +61,85 @@ def write_dataset(dataset: xr.Dataset, path: Path, *, stage: str, run: str, titl
         stage=stage,
         run=run,
     )
+    labelled = labelled.assign_attrs(digests(labelled))
     encoding = {
         name: {"zlib": True, "complevel": 4, "fletcher32": True}
         for name, variable in labelled.variables.items()
         if variable.ndim and variable.dtype.kind in "fiub"
     }
     with replacing(path) as temporary:
-        labelled.to_netcdf(temporary, engine="netcdf4", encoding=encoding)
+        # The library below says RuntimeError where a disk is full.
+        try:
+            labelled.to_netcdf(temporary, engine="netcdf4", encoding=encoding)
+            _check_digests(path, xr.load_dataset(temporary, engine="netcdf4"))
+        except (OSError, RuntimeError, ValueError, DatasetError) as error:
+            raise StorageError(f"{path}: cannot be written ({_reason(error)})") from error
+
+
+def digests(dataset: xr.Dataset) -> dict[str, str]:
+    """Return the two digests of a dataset, see `CONTENT_DIGEST`, as hexadecimal SHA-256.
+
+    They are those of names, dimensions, types, numbers and attributes, whatever the order of
+    variables, the compression and the byte order of the file.
+    """
+    attributes = {
+        key: value
+        for key, value in dataset.attrs.items()
+        if key not in (CONTENT_DIGEST, RECORD_DIGEST)
+    }
+    content = hashlib.sha256()
+    for name in sorted(map(str, dataset.variables)):
+        variable = dataset.variables[name]
+        values, kind = _canonical(variable.values)
+        words = [name, list(variable.dims), kind, list(variable.shape), _plain(variable.attrs)]
+        content.update(json.dumps(words, sort_keys=True).encode())
+        content.update(values)
+    lasting = {key: value for key, value in attributes.items() if key not in VOLATILE}
+    content.update(json.dumps(_plain(lasting), sort_keys=True).encode())
+    whole = content.hexdigest() + json.dumps(_plain(attributes), sort_keys=True)
+    return {
+        CONTENT_DIGEST: content.hexdigest(),
+        RECORD_DIGEST: hashlib.sha256(whole.encode()).hexdigest(),
+    }
+
+
+def _canonical(values: np.ndarray[Any, np.dtype[Any]]) -> tuple[bytes, str]:
+    """Return an array's bytes and type, the same before it is written and after it is read."""
+    if values.dtype.kind in "OUT":
+        return json.dumps(values.astype(str).tolist()).encode(), "string"
+    ordered = values.astype(values.dtype.newbyteorder("<"), order="C")
+    return ordered.tobytes(), ordered.dtype.str
+
+
+def _plain(value: Any) -> Any:
+    """Return an attribute, or all of a mapping, as JSON has it; one number is as good as a list."""
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    if isinstance(value, list | tuple):
+        return _plain(value[0]) if len(value) == 1 else [_plain(item) for item in value]
+    return value
+
+
+def _check_digests(path: Path, dataset: xr.Dataset) -> None:
+    """Refuse a dataset that is not what was written.
+
+    Raises
+    ------
+    DatasetError
+        When a digest is missing or is that of something else.
+    """
+    for key, wanted in digests(dataset).items():
+        found = dataset.attrs.get(key)
+        if found != wanted:
+            state = "is missing" if found is None else "does not fit what the file holds"
+            raise DatasetError(f"{path}: {key} {state}; delete it and make it again")
+
+
+def _reason(error: Exception) -> str:
+    """Return what is wrong, in the system's words where it was the system."""
+    return str(getattr(error, "strerror", None) or error)
 
 
 @contextmanager
@@ -66,19 +153,30 @@ def replacing(path: Path) -> Iterator[Path]:
     ----------
     path
         Final name; its folder is made where it is missing.
+
+    Raises
+    ------
+    StorageError
+        When the system refuses to write, as on a full disk.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
-    os.close(handle)
-    temporary = Path(name)
+    temporary: Path | None = None
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(
+            prefix=f".{path.name[:80]}.", suffix=".part", dir=path.parent
+        )
+        os.close(handle)
+        temporary = Path(name)
         yield temporary
         _sync(temporary)
         temporary.chmod(0o644)
         temporary.replace(path)
         _sync(path.parent)
+    except OSError as error:
+        raise StorageError(f"{path}: cannot be written ({_reason(error)})") from error
     finally:
-        temporary.unlink(missing_ok=True)
+        if temporary is not None:
+            temporary.unlink(missing_ok=True)
 
 
 def _sync(path: Path) -> None:
@@ -95,7 +193,7 @@ def read_dataset(path: Path, *, stage: str, run: str | None = None) -> xr.Datase
     Raises
     ------
     DatasetError
-        When the file is missing or unreadable, or is the result of another stage or run.
+        When the file is missing, unreadable or altered, or the result of another stage or run.
     """
     try:
         dataset = xr.load_dataset(path, engine="netcdf4")
@@ -109,4 +207,5 @@ def read_dataset(path: Path, *, stage: str, run: str | None = None) -> xr.Datase
         found = dataset.attrs.get(key)
         if wanted is not None and found != wanted:
             raise DatasetError(f"{path}: is of {key} {found!r}, not {wanted!r}")
+    _check_digests(path, dataset)
     return dataset

@@ -2,11 +2,15 @@
 
 import os
 import sys
+from contextlib import ExitStack
+from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version
 
-from softslip.errors import ConfigError
+from softslip.errors import ConfigError, SoftslipError
+from softslip.fingerprints import fingerprint
+from softslip.lock import run_lock
 from softslip.stages import STAGES
 from softslip.sweep import load_scenario
 
@@ -19,12 +23,12 @@ os.environ |= {
     "OPENBLAS_NUM_THREADS": "1",
 }
 
-unknown = sorted(set(config) - {"scenario", "numerics"})
+unknown = sorted(set(config) - {"scenario", "numerics", "checkpoint"})
 if unknown:
     raise WorkflowError(
         f"--config {unknown[0]}: is no setting of this workflow; put parameters into a "
         "scenario file and choose it with --config scenario=NAME, or a study of the numerics with "
-        "--config numerics=NAME"
+        "--config numerics=NAME; the seconds between two checkpoints are --config checkpoint=60"
     )
 
 # The name of a file in config/ without its suffix, or the path of a .yaml file anywhere.
@@ -35,7 +39,32 @@ try:
 except ConfigError as error:
     raise WorkflowError(str(error)) from None
 
+# Seconds between two checkpoints of a run.
+CHECKPOINT_INTERVAL = config.get("checkpoint", 60)
+if (
+    not isinstance(CHECKPOINT_INTERVAL, int | float)
+    or isinstance(CHECKPOINT_INTERVAL, bool)
+    or not 0 <= CHECKPOINT_INTERVAL < float("inf")
+):
+    raise WorkflowError(
+        f"--config checkpoint={CHECKPOINT_INTERVAL}: is not a number of seconds from 0 on; "
+        "leave it out for the default, 60"
+    )
+
 RESULTS = f"results/{SCENARIO.name}"
+
+# Snakemake's own lock is a file that outlives a killed process (profiles/default leaves it out).
+# This one is freed by the system, so that the same command starts again at once.
+ALONE = ExitStack()
+
+
+onstart:
+    try:
+        ALONE.enter_context(run_lock(Path(RESULTS), "workflow"))
+    except SoftslipError as error:
+        raise WorkflowError(f"{RESULTS}: {error}") from None
+
+
 ENVIRONMENT = "envs/softslip.yaml"
 TABLES = {stage: SCENARIO.stage_table(stage) for stage in STAGES}
 

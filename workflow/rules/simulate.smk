@@ -1,4 +1,8 @@
 # The stages of a run. Runs that differ only in later stages share the earlier ones.
+#
+# The fingerprint of a stage's code is a parameter, so that a change of it runs the stage again. The
+# checkpoints of ageing and shear lie beside their results and are no outputs, which would be
+# removed before each attempt.
 
 
 rule packing:
@@ -13,6 +17,7 @@ rule packing:
     threads: 1
     params:
         scenario=SOURCE,
+        fingerprint=fingerprint("packing"),
     message:
         "Packing discs with LAMMPS ({wildcards.run})"
     shell:
@@ -33,6 +38,7 @@ rule expansion:
     threads: 1
     params:
         scenario=SOURCE,
+        fingerprint=fingerprint("expansion"),
     message:
         "Growing discs into membranes ({wildcards.run})"
     shell:
@@ -49,15 +55,20 @@ rule ageing:
         f"{RESULTS}/logs/ageing/{{run}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/ageing/{{run}}.tsv"
+    # A second attempt goes on from the checkpoint of the first.
+    retries: 1
     conda:
         f"../{ENVIRONMENT}"
     threads: 1
     params:
         scenario=SOURCE,
+        fingerprint=fingerprint("ageing"),
+        interval=CHECKPOINT_INTERVAL,
     message:
         "Ageing at zero stress ({wildcards.run})"
     shell:
         "softslip ageing {params.scenario:q} {wildcards.run} --threads {threads}"
+        " --checkpoint-interval {params.interval}"
         " --parent {input.parent:q} --output {output:q} 2> {log:q}"
 
 
@@ -70,13 +81,18 @@ rule shear:
         f"{RESULTS}/logs/shear/{{run}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/shear/{{run}}.tsv"
+    # A second attempt goes on from the checkpoint of the first.
+    retries: 1
     conda:
         f"../{ENVIRONMENT}"
     threads: 1
     params:
         scenario=SOURCE,
+        fingerprint=fingerprint("shear"),
+        interval=CHECKPOINT_INTERVAL,
     message:
         "Shearing ({wildcards.run})"
     shell:
         "softslip shear {params.scenario:q} {wildcards.run} --threads {threads}"
+        " --checkpoint-interval {params.interval}"
         " --parent {input.parent:q} --output {output:q} 2> {log:q}"

@@ -12,9 +12,9 @@ from softslip.contacts import Contacts
 from softslip.geometry import FloatArray, Layout
 from softslip.membrane import add_tension, remove_flux
 from softslip.mobility.ewald import EwaldMobility
+from softslip.mobility.grid import regularisation_of
 from softslip.mobility.quadrature import CorrectedQuadrature
 from softslip.parameters import Parameters
-from softslip.shear import regularisation_of
 
 SIZES = (50, 100, 200, 400, 800)
 """Numbers of particles that the exponent is fitted to, up to the paper's."""

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from softslip import shear
+from softslip import shear, trajectory
 from softslip.expansion import expand, membrane_node_counts
 from softslip.geometry import FloatArray, IntArray, Layout
 from softslip.mobility.ewald import EwaldMobility
@@ -159,7 +159,7 @@ def advance(scene: Scene, duration: float) -> Stretch:
     """Advance a scene as its stage would, with all guards, but without records."""
     state = scene.state
     core, clock = time.process_time(), time.perf_counter()
-    done = shear.advance(
+    done = trajectory.advance(
         scene.suspension,
         state,
         np.array([state.time + duration]),

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from softslip import shear
+from softslip import shear, trajectory
 from softslip.bench import scenes
 from softslip.bench.timing import Tell, silent
 from softslip.expansion import expand
@@ -48,11 +48,11 @@ ASPECT, SIDE = 2.4, 1 / 128
 SHORTEST = 1 / 16
 """Shortest period along the flow [length unit]: three diameters of the larger particles."""
 
-Watch = Callable[[str], AbstractContextManager[shear.Progress]]
+Watch = Callable[[str], AbstractContextManager[trajectory.Progress]]
 """Called with the name of a run; gives what shows how far it has come."""
 
 
-def unwatched(_: str) -> AbstractContextManager[shear.Progress]:
+def unwatched(_: str) -> AbstractContextManager[trajectory.Progress]:
     """Show nothing of a run."""
     return nullcontext(lambda *_: None)
 
@@ -220,7 +220,7 @@ class Series:
 
 
 def recorded(
-    scene: scenes.Scene, edges: FloatArray, report: shear.Progress
+    scene: scenes.Scene, edges: FloatArray, report: trajectory.Progress
 ) -> tuple[dict[str, FloatArray], float]:
     """Advance a scene; return interval means and core-seconds per time unit.
 
@@ -235,7 +235,7 @@ def recorded(
     """
     series = Series(scene.parameters, scene.layout)
     core = time.process_time()
-    done = shear.advance(
+    done = trajectory.advance(
         scene.suspension, scene.state, edges[1:], scene.parameters, series.visit, report
     )
     core = time.process_time() - core

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from softslip import shear
+from softslip import shear, trajectory
 from softslip.bench import scenes
 from softslip.bench.mobility import difference
 from softslip.bench.trajectory import Series
@@ -13,6 +13,7 @@ from softslip.errors import SoftslipError
 from softslip.expansion import expand
 from softslip.geometry import FloatArray, IntArray
 from softslip.mobility.ewald import EwaldMobility
+from softslip.mobility.grid import regularisation_of
 from softslip.packing import pack
 from softslip.parameters import Parameters, split_length
 from softslip.record import Observer
@@ -135,7 +136,7 @@ class Trimmed:
         walls = self.scene.layout.wall_reference.reshape(-1, 2)
         return EwaldMobility(
             self.scene.suspension.box,
-            shear.regularisation_of(parameters),
+            regularisation_of(parameters),
             parameters.solvent.viscosity,
             split * split_length(parameters),
             rigid=walls if rigid else None,
@@ -220,7 +221,7 @@ def run_of(scene: scenes.Scene, duration: float) -> Run:
         suspension = assembled(scene, solver, pairs)
         edges = scene.state.time + np.array([0.0, duration])
         core = time.process_time()
-        done = shear.advance(
+        done = trajectory.advance(
             suspension, scene.state, edges[1:], scene.parameters, series.visit, _ignore
         )
         cores.append(time.process_time() - core)

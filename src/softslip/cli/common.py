@@ -9,12 +9,13 @@ from typing import Annotated, Any
 import typer
 
 from softslip.accuracy import cheapest
-from softslip.errors import ConfigError, SoftslipError
+from softslip.errors import ConfigError, Interrupted, SoftslipError
 from softslip.parameters import Parameters
 from softslip.sweep import Scenario, StageRun
 
-CONFIG_EXIT, FAILURE_EXIT = 2, 1
-"""Exit statuses: a scenario that cannot be run, and a run that failed."""
+CONFIG_EXIT, FAILURE_EXIT, INTERRUPTED_EXIT = 2, 1, 75
+"""Exit statuses: a scenario that cannot be run, a run that failed, and one that a signal stopped,
+which the same command goes on with (EX_TEMPFAIL of sysexits.h)."""
 
 ScenarioName = Annotated[
     str, typer.Argument(metavar="SCENARIO", help="Name of a file in config/, or a .yaml path.")
@@ -42,10 +43,15 @@ def one_line_errors(command: Callable[..., None]) -> Callable[..., None]:
             command(*args, **kwargs)
         except SoftslipError as error:
             print(f"{type(error).__name__}: {error}", file=sys.stderr)
-            status = CONFIG_EXIT if isinstance(error, ConfigError) else FAILURE_EXIT
-            raise typer.Exit(status) from error
+            raise typer.Exit(_status(error)) from error
 
     return guarded
+
+
+def _status(error: SoftslipError) -> int:
+    if isinstance(error, Interrupted):
+        return INTERRUPTED_EXIT
+    return CONFIG_EXIT if isinstance(error, ConfigError) else FAILURE_EXIT
 
 
 def find_run(scenario: Scenario, stage: str, run: str) -> StageRun:

@@ -8,6 +8,7 @@ import numpy as np
 from softslip.geometry import Box, FloatArray
 from softslip.kernels import SECOND_MOMENT
 from softslip.mobility.transform import PeriodicTransform
+from softslip.parameters import Parameters
 from softslip.transfer import interpolate_curl, spread_curl
 
 Symbol = Literal["compact", "wide"]
@@ -49,6 +50,15 @@ def regularisation_length(mesh_size: float, symbol: Symbol) -> float:
         See `laplacian_symbol`.
     """
     return mesh_size * math.sqrt(SECOND_MOMENT + (1 / 8 if symbol == "compact" else -1 / 4))
+
+
+def regularisation_of(parameters: Parameters) -> float:
+    """Return the regularisation length ε, by default that of the mesh scheme [length unit]."""
+    hydrodynamics = parameters.hydrodynamics
+    mesh_size = 1.0 / hydrodynamics.resolution
+    if hydrodynamics.regularisation is None:
+        return regularisation_length(mesh_size, hydrodynamics.symbol)
+    return hydrodynamics.regularisation * mesh_size
 
 
 def inverse_or_zero(values: FloatArray) -> FloatArray:

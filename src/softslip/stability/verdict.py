@@ -10,14 +10,14 @@ from typing import Literal
 
 import numpy as np
 
-from softslip import shear
+from softslip import shear, trajectory
 from softslip.bench import scenes
 from softslip.contour import split
 from softslip.errors import NumericalError, SoftslipError
 from softslip.geometry import LOWER, UPPER, FloatArray, Layout
+from softslip.mobility.grid import regularisation_of
 from softslip.parameters import Parameters
 from softslip.record import Observer
-from softslip.shear import regularisation_of
 from softslip.stability.cells import Cell
 from softslip.stability.exact import crossing_of, polygon_area_error
 from softslip.stability.scenery import merged, periodic_difference, scene_of
@@ -173,7 +173,7 @@ class Run:
     """A run to its end, and what was seen on the way."""
 
     watch: Watch
-    stretch: shear.Advanced
+    stretch: trajectory.Advanced
     shear_rate: float
 
     def faults(self) -> list[str]:
@@ -199,7 +199,7 @@ def _run(scene: scenes.Scene, duration: float, evidence: Evidence) -> Run:
     stops = duration * np.arange(1, LOOKS + 1) / LOOKS
     watch = Watch(scene.parameters, scene.layout, {0.0, *stops.tolist()})
     try:
-        done = shear.advance(scene.suspension, state, stops, scene.parameters, watch, _unseen)
+        done = trajectory.advance(scene.suspension, state, stops, scene.parameters, watch, _unseen)
     finally:
         evidence.film = watch.film / scene.parameters.steric.length
         evidence.stress_error, evidence.area_error = watch.stress_error, watch.area_error

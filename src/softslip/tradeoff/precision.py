@@ -9,6 +9,7 @@ from softslip.bench import scenes
 from softslip.errors import ConfigError
 from softslip.geometry import Box, FloatArray, IndexArray, IntArray, Layout
 from softslip.mobility.ewald import EwaldMobility, respond
+from softslip.mobility.grid import regularisation_of
 from softslip.mobility.transform import PaddedTransform
 from softslip.mobility.window import WIDTH
 from softslip.parameters import Parameters, split_length
@@ -73,7 +74,7 @@ def single_solver(parameters: Parameters, layout: Layout) -> SinglePrecision:
         )
     return SinglePrecision(
         Box.of(parameters),
-        shear.regularisation_of(parameters),
+        regularisation_of(parameters),
         parameters.solvent.viscosity,
         split_length(parameters),
         rigid=layout.wall_reference.reshape(-1, 2),

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from softslip import shear
+from softslip import trajectory
 from softslip.bench import scenes
 from softslip.bench.trajectory import Series
 from softslip.geometry import FloatArray, Layout
@@ -87,8 +87,8 @@ def run_of(scene: scenes.Scene, plan: Plan, *, short: bool) -> Stretch:
     velocity = on_markers(scene.state.like(start.rate).node_position, scene.layout)
     watch = _Watch(scene, edges[short_window])
 
-    def advanced(state: State, stops: FloatArray) -> shear.Advanced:
-        return shear.advance(
+    def advanced(state: State, stops: FloatArray) -> trajectory.Advanced:
+        return trajectory.advance(
             scene.suspension, state, stops, scene.parameters, watch.visit, lambda *_: None
         )
 

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
-from softslip import shear
+from softslip import shear, trajectory
 from softslip.bench.scenes import Scene
 from softslip.errors import ConfigError, NumericalError
 from softslip.expansion import membrane_node_counts
@@ -175,7 +175,7 @@ class Capsule(Case):
         euler = parameters.time_stepping.integrator == "euler"
         history: list[tuple[float, float, float]] = []
         for strain in range(1, MOST_STRAIN + 1):
-            state = shear.advance(
+            state = trajectory.advance(
                 scene.suspension, state, np.array([strain / rate]), parameters, _ignore, _ignore
             ).state
             area, _, second = moments(state.node_position)

@@ -8,6 +8,7 @@ import xarray as xr
 
 from softslip import shear
 from softslip.geometry import Layout
+from softslip.mobility.grid import regularisation_of
 from softslip.parameters import Parameters
 from softslip.validation.case import Fidelity
 from softslip.validation.solutions import MeshSheets, RegularisedSheets
@@ -59,4 +60,4 @@ def exact_sheets(given: Parameters) -> RegularisedSheets | MeshSheets:
     height = given.channel.height
     if given.hydrodynamics.mobility == "grid":
         return MeshSheets(height, 1.0 / given.hydrodynamics.resolution)
-    return RegularisedSheets(height, shear.regularisation_of(given))
+    return RegularisedSheets(height, regularisation_of(given))

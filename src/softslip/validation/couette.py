@@ -5,14 +5,14 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from softslip import shear
+from softslip import shear, trajectory
 from softslip.fields import quantity
 from softslip.geometry import LOWER, UPPER, FloatArray
 from softslip.parameters import Parameters
 from softslip.sections import REFERENCE_MESH_SIZE
-from softslip.shear import Advanced
 from softslip.state import State
 from softslip.suspension import Evaluation, Suspension
+from softslip.trajectory import Advanced
 from softslip.validation.case import Case, Outcome
 from softslip.validation.channel import LENGTH, empty_channel, empty_layout, exact_sheets
 from softslip.validation.solutions import Couette as Exact
@@ -159,7 +159,7 @@ def _followed(given: Parameters) -> tuple[Suspension, float, Advanced]:
         speeds.append(float(walls[UPPER] - walls[LOWER]))
 
     stops = given.time_stepping.step * np.array([STEPS])
-    advanced = shear.advance(suspension, state, stops, given, visit, lambda *_: None)
+    advanced = trajectory.advance(suspension, state, stops, given, visit, lambda *_: None)
     return suspension, speeds[0], advanced
 
 

@@ -30,11 +30,12 @@ from typing import ClassVar, Literal
 import numpy as np
 from scipy.special import jv, jvp
 
-from softslip import shear
+from softslip import trajectory
 from softslip.bench.scenes import Scene
 from softslip.expansion import membrane_node_counts
 from softslip.fields import quantity
 from softslip.geometry import FloatArray, Layout, WallContour, wall_positions
+from softslip.mobility.grid import regularisation_of
 from softslip.parameters import Parameters
 from softslip.validation.capsule import unbounded
 from softslip.validation.case import Case, Outcome
@@ -220,7 +221,7 @@ class Ellipse(Case):
             "finite_size_correction": rate - large,
         }
         exact = self._rate(0.0)
-        regularised = self._rate(shear.regularisation_of(self.parameters(sides[1])))
+        regularised = self._rate(regularisation_of(self.parameters(sides[1])))
         reference = {"rate": exact, "rate_regularised": regularised}
         errors = {name: abs(result[name] / value - 1) for name, value in reference.items()}
         left = UNEXPLAINED + self._step_error(regularised, sides[1])
@@ -245,7 +246,7 @@ class Ellipse(Case):
     def decay(self, side: float) -> tuple[float, float]:
         """Return the decay rate in a box [1 / time unit], and the part of the amplitude left."""
         parameters = self.parameters(side)
-        epsilon = shear.regularisation_of(parameters)
+        epsilon = regularisation_of(parameters)
         rates, columns = Ring(self.radius, self.stretch, self.mode, epsilon).modes()
         branch = 0 if self.branch == "slow" else 1
         direction = columns[:, branch] / np.abs(columns[:, branch]).max()
@@ -257,7 +258,7 @@ class Ellipse(Case):
         times, amplitudes = [0.0], [float(along @ self._shape(scene.state.node_position))]
         state = scene.state
         for stop in stops:
-            state = shear.advance(
+            state = trajectory.advance(
                 scene.suspension, state, np.array([stop]), parameters, _ignore, _ignore
             ).state
             times.append(float(stop))

@@ -11,6 +11,7 @@ from softslip.fields import quantity
 from softslip.geometry import LOWER, UPPER, Box, Layout
 from softslip.mobility import Mobility
 from softslip.mobility.ewald import EwaldMobility
+from softslip.mobility.grid import regularisation_of
 from softslip.mobility.outside import StillOutside
 from softslip.parameters import EWALD_REACH, Parameters, split_length
 from softslip.rheometer import relative_speed
@@ -108,7 +109,7 @@ def _mobility(given: Parameters, layout: Layout) -> Mobility:
     """Return the level's mobility; the sheets may be within each other's near sum."""
     if given.hydrodynamics.mobility == "grid":
         return shear.mobility_of(given, layout)
-    epsilon, viscosity = shear.regularisation_of(given), given.solvent.viscosity
+    epsilon, viscosity = regularisation_of(given), given.solvent.viscosity
     solver = EwaldMobility(Box.of(given), epsilon, viscosity, split_length(given))
     return shear.mobility_of(given, layout, solver)
 

@@ -9,12 +9,13 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 import xarray as xr
 
-from softslip import shear
+from softslip import shear, trajectory
 from softslip.bench.scenes import CELL, interpolation, outer_gap
 from softslip.errors import NumericalError
 from softslip.expansion import membrane_node_counts
 from softslip.fields import quantity
 from softslip.geometry import FloatArray, IntArray
+from softslip.mobility.grid import regularisation_of
 from softslip.parameters import SPLIT_OVER_SPACING, Parameters
 from softslip.state import State
 from softslip.suspension import Evaluation, Suspension
@@ -241,7 +242,7 @@ class Order(Case):
         step = parameters.time_stepping.step
         longest = self._coarsest if self.vary == "step" else FINE_STEP
         duration = max(round(self.strain / (SHEAR_RATE * longest)), 1) * longest
-        done = shear.advance(
+        done = trajectory.advance(
             suspension, state, np.array([duration]), parameters, visit, lambda *_: None
         )
         if done.state.step != round(duration / step):
@@ -260,7 +261,7 @@ class Order(Case):
             "resolution": 1 / parameters.hydrodynamics.resolution,
         }
         if self.vary == "regularisation":
-            size["regularisation"] = shear.regularisation_of(parameters)
+            size["regularisation"] = regularisation_of(parameters)
         film = min(films) / parameters.steric.length
         work = done.evaluations / done.state.step
         return Level(size[self.vary], tuple(positions), film, work)
