@@ -368,14 +368,17 @@ def test_looking_changes_nothing(tmp_path: Path) -> None:
 
 def test_looking_never_makes_a_start_fail(tmp_path: Path) -> None:
     with process(LOOK, tmp_path, RUN) as other:
-        assert other.stdout.readline() == "looking\n", other.stderr.read()
-        for _ in range(50):
-            with run_lock(tmp_path, RUN):
-                pass
-            # What is left by one that was killed is what others look at most closely.
-            leave_word(tmp_path, host="elsewhere")
-        (tmp_path / "enough").touch()
-        said, wrong = other.communicate()
+        try:
+            assert other.stdout.readline() == "looking\n", other.stderr.read()
+            for _ in range(50):
+                with run_lock(tmp_path, RUN):
+                    pass
+                # What is left by one that was killed is what others look at most closely.
+                leave_word(tmp_path, host="elsewhere")
+            (tmp_path / "enough").touch()
+            said, wrong = other.communicate()
+        finally:
+            other.kill()
     assert not wrong
     assert int(said) > 20, "hardly anybody looked"
 

@@ -67,7 +67,8 @@ def test_scalars_mean_what_yaml_1_2_says(tmp_path: Path, text: str, value: objec
         ("a: " + "9" * 5000, "is not valid YAML"),
         ("a: " + "[" * 1500, "is nested too deeply"),
         ("? {a: b}\n: 1", "found unhashable key"),
-        ("<<: 3", "line 1"),
+        ("<<: 3", "line 1, column 1: found a merge key"),
+        ("a: &a {b: 1}\nc: {<<: *a}", "line 2, column 5: found a merge key"),
     ],
 )
 def test_text_that_is_no_mapping_is_refused(tmp_path: Path, text: str, said: str) -> None:
@@ -86,6 +87,7 @@ def test_text_that_is_no_mapping_is_refused(tmp_path: Path, text: str, said: str
         ("base: {wall: 1, wall: {}}", "base.wall: a group or list is the second"),
         ("axes: [1, {a: 1, a: 2}]", "axes[1].a: 2 is the second"),
         ("k: &k [*k]\na: 1\na: 2", "a: 2 is the second"),
+        ('a: 1\na: "\\e[31m"', "a: '\\x1b[31m' is the second"),
         ("1: a\n0x1: b", "line 2, column 1"),
     ],
 )
@@ -117,12 +119,31 @@ def test_a_huge_file_is_refused(tmp_path: Path) -> None:
     assert "is larger than" in refused(written(tmp_path, "#" * (LARGEST_FILE + 1)))
 
 
-def test_an_unreadable_file_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def deny(_: Path) -> bytes:
-        raise PermissionError(13, "Permission denied")
+def test_a_file_without_end_is_refused(tmp_path: Path) -> None:
+    """The system makes some files up as they are read, and says that they are empty."""
+    endless = Path("/proc/self/pagemap")
+    if not endless.exists():
+        pytest.skip("this system has no such file")
+    assert endless.stat().st_size == 0
+    (tmp_path / "case.yaml").symlink_to(endless)
+    assert "is larger than" in refused(tmp_path / "case.yaml")
 
-    monkeypatch.setattr(Path, "read_bytes", deny)
-    assert "cannot be read (Permission denied)" in refused(written(tmp_path, "a: 1"))
+
+def test_the_middle_of_a_very_long_name_is_left_out(tmp_path: Path) -> None:
+    path = Path("/", *["long" * 10] * 20, "case.yaml")
+    with pytest.raises(ConfigError, match=r"^/long.*\.\.\..*/case\.yaml: ") as caught:
+        read_mapping(path)
+    assert len(str(caught.value)) < 300
+
+
+def test_an_unreadable_file_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = written(tmp_path, "a: 1")
+
+    def deny(_: Path, mode: str) -> None:
+        raise PermissionError(13, f"Permission denied in mode {mode}")
+
+    monkeypatch.setattr(Path, "open", deny)
+    assert "cannot be read (Permission denied in mode rb)" in refused(path)
 
 
 def test_an_impossible_name_is_refused() -> None:

@@ -9,8 +9,8 @@ energy the points have, and the total force is kept.
 
 import numpy as np
 
+from softslip.compilation import compiled
 from softslip.geometry import BoolArray, FloatArray, IntArray, Layout
-from softslip.kernels import compiled
 
 PADDING = 3
 """Nodes of wrap that `unroll` puts on each side of a chain, and the fewest a chain may have."""

@@ -28,6 +28,7 @@ SUFFIX = ".checkpoint"
 
 _MAGIC = "softslip-checkpoint"
 _SCHEMA = 1
+"""To be raised with every change of what is kept or how: fingerprints leave that code out."""
 
 
 @dataclass(frozen=True)

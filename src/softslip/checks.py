@@ -311,6 +311,22 @@ def _check_snapshots(parameters: Tree) -> None:
         earlier = time
 
 
+def _check_films(parameters: Tree) -> None:
+    """Refuse materials so far from any real one that the film between membranes has no number."""
+    try:
+        check_contacts(parameters)
+    except (ArithmeticError, ValueError):
+        steric = parameters.steric
+        raise ConfigError(
+            "steric.energy",
+            steric.energy,
+            f"makes no film that can be computed at steric.length {steric.length:g}, "
+            f"membrane.elastic_constant {parameters.membrane.elastic_constant:g} and "
+            f"hydrodynamics.node_spacing {parameters.hydrodynamics.node_spacing:g}",
+            "use values nearer to the defaults",
+        ) from None
+
+
 CHECKS = (
     _check_level,
     _check_bumps,
@@ -323,6 +339,6 @@ CHECKS = (
     _check_rheometer,
     _check_times,
     _check_snapshots,
-    check_contacts,
+    _check_films,
 )
 """What must hold between values of different keys, in the order in which it is checked."""

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
+from softslip.compilation import compiled
 from softslip.errors import NumericalError
 from softslip.geometry import FloatArray, IntArray, Layout
-from softslip.kernels import compiled
 from softslip.neighbours import find_pairs
 
 REACH = 0.75

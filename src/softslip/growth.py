@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from softslip.compilation import compiled
 from softslip.geometry import FloatArray, IntArray
-from softslip.kernels import compiled
 from softslip.neighbours import find_pairs
 
 CONTACT_EXPONENT = 4

@@ -77,11 +77,13 @@ def longest_step(
     Raises
     ------
     NumericalError
-        Naming the first node whose velocity is not a number.
+        Naming the first node whose velocity is not a number, or the closing rate if that is none.
     """
     lost: BoolArray = ~np.isfinite(velocities.sum(axis=1))
     if lost.any():
         _refuse("node_velocity", lost, step, "is not finite", "use a smaller time_stepping.step")
+    if not math.isfinite(closing_rate):
+        raise NumericalError("closing_rate", 0, step, f"is {closing_rate}; {_SHORTER}")
     if heights is not None and len(heights):
         velocities = _without_shear(velocities, heights)
     fastest = np.abs(velocities).max(initial=0.0) / contact_range
@@ -169,10 +171,7 @@ def check_state(
     NumericalError
         Naming field, index and step, and what to change.
     """
-    finite = np.isfinite(state.vector)
-    if not finite.all():
-        field, index = located(state, int(np.argmin(finite)))
-        raise NumericalError(field, index, state.step, f"is not finite; {_SHORTER}")
+    check_finite(state)
     heights = state.node_position[:, 1]
     outside = (heights < 0) | (heights > height)
     if outside.any():
@@ -194,6 +193,27 @@ def check_state(
             f"{_SHORTER}, membrane.area_correction 'flux', or a larger membrane.area_restoring",
         )
     _check_film(film_thickness, contact_range, node_spacing, regularisation, state.step)
+
+
+def check_finite(state: State) -> None:
+    """Raise when anything in a state is not finite, what the stepper remembers included.
+
+    Raises
+    ------
+    NumericalError
+        Naming the field and the first component of it.
+    """
+    finite = np.isfinite(state.vector)
+    if not finite.all():
+        field, index = located(state, int(np.argmin(finite)))
+        raise NumericalError(field, index, state.step, f"is not finite; {_SHORTER}")
+    # A stepper may look at these many steps later, or compare with them, which hides a NaN.
+    for field in ("direction", "time", "step_size", "spectral_radius"):
+        finite = np.isfinite(np.atleast_1d(getattr(state, field)))
+        if not finite.all():
+            raise NumericalError(
+                field, int(np.argmin(finite)), state.step, "is not finite; go on from a checkpoint"
+            )
 
 
 _SHORTER = "use a smaller time_stepping.step ('euler') or time_stepping.tolerance ('rkc2')"
@@ -243,7 +263,7 @@ def _check_film(
         ),
     }
     for what, (limit, remedy) in limits.items():
-        if film < limit:
+        if not film >= limit:  # Written so that NaN counts as too thin.
             raise NumericalError(
                 "film_thickness", 0, step, f"{film:.3g} is below {what}; use {remedy}"
             )
@@ -276,6 +296,38 @@ def check_forces(forces: FloatArray, step: int) -> None:
             "is not finite: two nodes coincide, or a number was lost",
             f"{_SHORTER}, or a smaller hydrodynamics.node_spacing",
         )
+
+
+RATES = {
+    "node_position": "node_velocity",
+    "tether": "tether_rate",
+    "wall_displacement": "wall_velocity",
+    "wall_speed": "wall_acceleration",
+}
+"""What the rates of the arrays of a state are called."""
+
+
+def check_rate(rate: FloatArray, state: State) -> None:
+    """Raise when the rate of a state is not a number somewhere.
+
+    Parameters
+    ----------
+    rate
+        Of the state's vector.
+    state
+        Whose it is, for the arrays and the number of the step.
+
+    Raises
+    ------
+    NumericalError
+        Naming what the first such number is the rate of, see `RATES`.
+    """
+    if math.isfinite(float(np.sum(rate))):
+        return
+    finite = np.isfinite(rate)
+    if not finite.all():
+        field, index = located(state, int(np.argmin(finite)))
+        raise NumericalError(RATES[field], index, state.step, f"is not finite; {_SHORTER}")
 
 
 def check_control(wall_speed: FloatArray, velocity: FloatArray, step: int) -> None:

@@ -111,6 +111,6 @@ class Keeper:
         self._last = now
         if self._interruption.name:
             raise Interrupted(
-                f"stopped by {self._interruption.name} at t = {state.time:g} of {end:g}; a checkpoint "
-                "is written, from which the same command goes on"
+                f"stopped by {self._interruption.name} at t = {state.time:g} of {end:g}; "
+                "a checkpoint is written, from which the same command goes on"
             )

@@ -11,8 +11,7 @@ identically, whatever q is.
 
 import math
 
-import numba as nb
-
+from softslip.compilation import compiled
 from softslip.geometry import FloatArray
 
 SUPPORT = 5
@@ -20,21 +19,6 @@ SUPPORT = 5
 
 SECOND_MOMENT = 0.6073
 """Mean second moment m₂ of the kernel per axis [mesh size squared]; ε² = m₂ dx² (design §2.1)."""
-
-compiled = nb.njit(
-    cache=True,
-    nogil=True,
-    fastmath={"contract", "reassoc", "nsz", "arcp"},
-    error_model="numpy",
-    forceinline=True,
-)
-"""How every kernel is compiled: with the floating-point freedoms that hide no NaN or Inf, free to
-run beside another, and into its callers. Left to the compiler, a process that compiles and one that
-loads from the cache may each call another copy, optimised otherwise, of the same function."""
-
-compiled_exactly = nb.njit(cache=True, nogil=True, error_model="numpy")
-"""The same without those freedoms, for sums over lists with members that do not count: how many
-of those there are must not change the rounding of the others, as unrolling and fusing would."""
 
 _CENTRE = 3.0 / 8.0 + math.pi / 32.0
 _OUTER = 1.0 / 16.0 - math.pi / 64.0

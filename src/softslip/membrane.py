@@ -11,8 +11,8 @@ import math
 import numpy as np
 
 from softslip.chains import PADDING, longest_chain, unroll
+from softslip.compilation import compiled
 from softslip.geometry import FloatArray, IntArray
-from softslip.kernels import compiled
 
 ORDERS = (2, 6)
 """Orders of the differences along a membrane."""

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from softslip.compilation import compiled
 from softslip.geometry import FloatArray, IndexArray, IntArray, Layout
-from softslip.kernels import compiled
 
 
 @compiled

@@ -6,15 +6,18 @@ from pathlib import Path
 from typing import Any
 
 from ruamel.yaml import YAML
-from ruamel.yaml.constructor import DuplicateKeyError
+from ruamel.yaml.constructor import ConstructorError, DuplicateKeyError, SafeConstructor
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from softslip.errors import ConfigError
 from softslip.fields import NOTHING, Verbatim, brief, key_text, path_of, printable
 
-LARGEST_FILE = 2**20
-"""Size in bytes above which a file is no scenario."""
+LARGEST_FILE = 2**16
+"""Size in bytes above which a file is no scenario; the parser takes a second for so much."""
+
+LONGEST_NAME = 200
+"""Length above which a message shortens the name of a file."""
 
 
 def read_mapping(path: Path) -> dict[Any, Any]:
@@ -51,9 +54,21 @@ def read_mapping(path: Path) -> dict[Any, Any]:
     return tree
 
 
+class _Constructor(SafeConstructor):
+    """Makes values without the merge keys of YAML 1.1, of which a few lines can hold billions."""
+
+    def flatten_mapping(self, node: MappingNode) -> None:
+        """Refuse a merge key instead of copying what it names."""
+        for key, _ in node.value:
+            if key.tag == "tag:yaml.org,2002:merge":
+                problem = "found a merge key, which YAML 1.2 does not have"
+                raise ConstructorError(None, None, problem, key.start_mark)
+
+
 def _parser() -> YAML:
     # The compiled parser that may be installed beside the pure one reads YAML 1.1.
     parser = YAML(typ="safe", pure=True)
+    parser.Constructor = _Constructor
     parser.allow_duplicate_keys = False
     return parser
 
@@ -64,13 +79,15 @@ def _text(path: Path) -> str:
             raise _refused(path, "does not exist", "check the name and the current directory")
         if not path.is_file():
             raise _refused(path, "is not a file", "name a YAML file")
-        content = path.read_bytes() if path.stat().st_size <= LARGEST_FILE else None
+        # Not by its size: that of a file which the system makes up as it is read is 0.
+        with path.open("rb") as file:
+            content = file.read(LARGEST_FILE + 1)
     except OSError as error:
         reason = error.strerror or type(error).__name__
         raise _refused(path, f"cannot be read ({reason})", "check its permissions") from None
     except ValueError as error:
         raise _refused(path, f"is not a file name ({error})", "name a YAML file") from None
-    if content is None:
+    if len(content) > LARGEST_FILE:
         raise _refused(path, f"is larger than {LARGEST_FILE} bytes", "name a scenario file")
     try:
         return content.decode("utf-8-sig")
@@ -81,7 +98,13 @@ def _text(path: Path) -> str:
 
 
 def _refused(path: Path, limit: str, remedy: str) -> ConfigError:
-    return ConfigError(printable(str(path)), NOTHING, _plain(limit), remedy)
+    return ConfigError(_shown(path), NOTHING, _plain(limit), remedy)
+
+
+def _shown(path: Path) -> str:
+    """Return a file's name as a message shows it, without the middle of a very long one."""
+    text = printable(str(path))
+    return text if len(text) <= LONGEST_NAME else f"{text[:50]}...{text[53 - LONGEST_NAME :]}"
 
 
 def _plain(text: str) -> str:
@@ -116,7 +139,7 @@ def relocated(error: ConfigError, key: str, note: str = "") -> ConfigError:
 
 def in_file(path: Path, error: ConfigError) -> ConfigError:
     """Return an error with the file's name in front; its ``key`` stays as it is."""
-    error.args = (" ".join(f"{printable(str(path))}: {error}".split()),)
+    error.args = (" ".join(f"{_shown(path)}: {error}".split()),)
     return error
 
 

@@ -1,12 +1,12 @@
 """The stages with hydrodynamics: ageing at zero stress, then shear (Sec. II B)."""
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 
 from softslip.geometry import Box, FloatArray, Layout, WallContour, wall_positions
-from softslip.keeper import Keeper, Kept
 from softslip.membrane import rest_spacing
 from softslip.mobility import Mobility
 from softslip.mobility.ewald import EwaldMobility
@@ -18,6 +18,10 @@ from softslip.record import Observer, Recorder, described
 from softslip.state import State
 from softslip.suspension import Suspension
 from softslip.trajectory import Advanced, Effort, Progress, Visit, advance
+
+if TYPE_CHECKING:
+    # How runs are kept is no part of the code whose change makes them run again.
+    from softslip.keeper import Keeper, Kept
 
 
 def _ignore(*_: object) -> None:
@@ -111,7 +115,7 @@ def age(
     parameters: Parameters,
     progress: Progress = _ignore,
     threads: int = 1,
-    keeper: Keeper | None = None,
+    keeper: "Keeper | None" = None,
 ) -> xr.Dataset:
     """Relax an expanded packing at zero stress for t_w, with hydrodynamics.
 
@@ -170,8 +174,8 @@ def _follow(
     parameters: Parameters,
     visit: Visit,
     progress: Progress,
-    keeper: Keeper | None,
-    kept: Mapping[str, Kept],
+    keeper: "Keeper | None",
+    kept: Mapping[str, "Kept"],
 ) -> Advanced:
     """Advance a state from the start of a stage, or from where it was broken off."""
     if keeper is None:
@@ -210,7 +214,7 @@ def shear(
     parameters: Parameters,
     progress: Progress = _ignore,
     threads: int = 1,
-    keeper: Keeper | None = None,
+    keeper: "Keeper | None" = None,
 ) -> xr.Dataset:
     """Shear an aged packing under constant stress or constant apparent shear rate.
 

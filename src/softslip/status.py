@@ -31,8 +31,17 @@ FOREIGN = "its run is not in the scenario"
 OUTDATED = "the code of its stage has changed"
 """Why a checkpoint is stale."""
 
+UNWANTED = "all are to be removed"
+UNHELD = "nobody holds it"
+UNCOMPLETED = "was begun and never completed"
+"""Why other files are left over."""
+
 PART_AGE = 86400.0
 """Seconds after which a file that was begun and never completed is left over."""
+
+LEAST_STRETCH = 10.0
+"""Seconds of work between two checkpoints below which their difference says too little: one is
+written the moment a signal comes."""
 
 _CHECKPOINT = re.compile(rf"([0-9a-f]+)\.([0-9a-f]+)(?:\.previous)?{re.escape(SUFFIX)}")
 _LOCK = re.compile(rf"([0-9a-f]+)(?:{re.escape(LOCK_SUFFIX)}|{re.escape(HOLDER_SUFFIX)})")
@@ -183,11 +192,14 @@ class Survey:
         Every run of every stage, in the order of stages and of the scenario.
     checkpoints
         Every checkpoint, those of runs that are not in the scenario included.
+    others
+        Lock files that nobody holds, and files that were begun more than `PART_AGE` ago and
+        never completed; none of a run that is being worked on.
     """
 
     runs: tuple[RunStatus, ...]
     checkpoints: tuple[Checkpoint, ...]
-    _others: tuple[Leftover, ...]
+    others: tuple[Leftover, ...]
 
     def counts(self, stage: str) -> dict[str, int]:
         """Return how many runs of a stage are in each of `STATES`."""
@@ -200,28 +212,29 @@ class Survey:
         return tuple(file for file in self.checkpoints if file.stale)
 
     def leftovers(self, everything: bool = False) -> tuple[Leftover, ...]:
-        """Return the files that nobody needs any more.
+        """Return the files that nobody needs any more, none of a run that is being worked on.
 
-        They are stale checkpoints; lock files of runs that neither run nor wait to go on; and
-        files that were begun more than `PART_AGE` ago and never completed. None of them is of a
-        run that is being worked on.
+        They are stale checkpoints, and `others`; what a stopped run goes on from is left alone,
+        its lock included.
 
         Parameters
         ----------
         everything
-            Whether to count the checkpoints of stopped runs too, which begin anew without them.
+            Whether stopped runs shall begin anew: their checkpoints and locks count too.
         """
         states = {(run.stage, run.run): run.state for run in self.runs}
         found = []
         for file in self.checkpoints:
-            state = states.get((file.stage, file.run))
-            reason = file.stale or (everything and state != "running" and "all are removed")
+            unwanted = everything and states.get((file.stage, file.run)) != "running"
+            reason = file.stale or (UNWANTED if unwanted else "")
             if reason:
                 found.append(Leftover(file.path, file.size, file.stage, file.run, reason))
-        for other in self._others:
-            if everything or not other.run or states.get((other.stage, other.run)) != "stopped":
+        for other in self.others:
+            waits = states.get((other.stage, other.run)) == "stopped"
+            if everything or not (waits and other.reason == UNHELD):
                 found.append(other)
-        return tuple(found)
+        # In the order in which they are removed, one lock after another.
+        return tuple(sorted(found, key=lambda file: (file.stage, file.run, file.path)))
 
 
 def status(scenario: Scenario, results: Path) -> list[RunStatus]:
@@ -246,7 +259,7 @@ def survey(scenario: Scenario, results: Path) -> Survey:
     """Return what the results of a scenario hold; see `status`."""
     runs: list[RunStatus] = []
     checkpoints: list[Checkpoint] = []
-    others = [_leftover(file, "", "") for file in _files(results) if _is_old_part(file)]
+    others = [_leftover(file, "", "", UNCOMPLETED) for file in _files(results) if _is_old(file)]
     for stage in STAGES:
         folder = results / stage / FOLDER
         listing = _list(results / stage)
@@ -269,8 +282,8 @@ def _files(folder: Path) -> Iterator[_File]:
         with os.scandir(folder) as entries:
             for entry in entries:
                 try:
-                    if entry.is_file(follow_symlinks=False):
-                        found = entry.stat(follow_symlinks=False)
+                    if entry.is_file():
+                        found = entry.stat()
                         yield _File(Path(entry.path), found.st_size, found.st_mtime)
                 except FileNotFoundError:
                     continue
@@ -288,11 +301,11 @@ def _list(folder: Path) -> _Listing:
     return _Listing(
         frozenset(file.path.stem for file in files if file.path.suffix == ".nc"),
         beside,
-        tuple(file for file in files + beside if _is_old_part(file)),
+        tuple(file for file in files + beside if _is_old(file)),
     )
 
 
-def _is_old_part(file: _File) -> bool:
+def _is_old(file: _File) -> bool:
     return bool(_PART.fullmatch(file.path.name)) and time.time() - file.changed > PART_AGE
 
 
@@ -330,10 +343,14 @@ def _checkpoint(
     if name is None:
         return None
     run, code = name[1], name[2]
-    stale = ""
-    if run not in holders:
-        stale = FOREIGN * (run not in known) or FINISHED * (run in done)
-        stale = stale or OUTDATED * (code != fingerprint(stage))
+    if run in holders:
+        stale = ""
+    elif run not in known:
+        stale = FOREIGN
+    elif run in done:
+        stale = FINISHED
+    else:
+        stale = OUTDATED if code != fingerprint(stage) else ""
     header = None if stale else _header(file.path, (stage, run, code))
     if header is None and not file.path.exists():
         return None  # Its run went on meanwhile.
@@ -384,7 +401,7 @@ def _progress(headers: list[Header], running: bool) -> Progress:
     if len(ordered) > 1 and ordered[-2].fingerprint == newest.fingerprint:
         # The start is no measure of what comes: films thin, and steps adapt.
         before = ordered[-2]
-        if newest.seconds > before.seconds and newest.time > before.time:
+        if newest.seconds >= before.seconds + LEAST_STRETCH and newest.time > before.time:
             seconds, steps = seconds - before.seconds, steps - before.step
             span -= before.time
     rate = steps / seconds if seconds > 0 and steps > 0 else None
@@ -403,13 +420,11 @@ def _others(stage: str, listing: _Listing) -> Iterator[Leftover]:
     for file in listing.beside:
         name = _LOCK.fullmatch(file.path.name)
         if name:
-            yield _leftover(file, stage, name[1], "nobody holds it")
+            yield _leftover(file, stage, name[1], UNHELD)
     for file in listing.parts:
         name = _PART.fullmatch(file.path.name)
-        yield _leftover(file, stage, (name and name[1]) or "")
+        yield _leftover(file, stage, (name and name[1]) or "", UNCOMPLETED)
 
 
-def _leftover(
-    file: _File, stage: str, run: str, reason: str = "was begun and never completed"
-) -> Leftover:
+def _leftover(file: _File, stage: str, run: str, reason: str) -> Leftover:
     return Leftover(file.path, file.size, stage if run else "", run, reason)

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
+from softslip.compilation import compiled, compiled_exactly
 from softslip.geometry import FloatArray, IndexArray, IntArray
-from softslip.kernels import compiled, compiled_exactly
 
 
 @compiled_exactly

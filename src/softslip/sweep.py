@@ -31,8 +31,12 @@ __all__ = [
     "stage_paths",
 ]
 
-MOST_RUNS = 100_000
-"""More runs than this are taken for a slip of the pen in an axis."""
+MOST_RUNS = 10_000
+"""More runs than this are taken for a slip of the pen in an axis; each command checks them all,
+which takes some seconds for so many."""
+
+LONGEST_NOTE = 200
+"""Length above which a message shortens the list of swept values."""
 
 FOLDER = Path("config")
 """Folder of the named scenarios, below the current directory."""
@@ -222,6 +226,10 @@ def _scenario(name: str, tree: Mapping[Any, Any]) -> Scenario:
         raise ConfigError(
             "description", brief(description), "is not a sentence", "say what the scenario is for"
         )
+    sentence = " ".join(description.split())
+    if not sentence.isprintable():
+        limit, remedy = "has signs that cannot be shown", "write plain text"
+        raise ConfigError("description", brief(description), limit, remedy)
     base = _mapping(tree, "base")
     try:
         check_fields(base)
@@ -234,7 +242,7 @@ def _scenario(name: str, tree: Mapping[Any, Any]) -> Scenario:
             "axes", count, f"runs are more than {MOST_RUNS}", "shorten an axis or leave one out"
         )
     first = _combined(base, axes, tuple(axis.values[0] for axis in axes))
-    scenario = Scenario(name, " ".join(description.split()), base, first, axes)
+    scenario = Scenario(name, sentence, base, first, axes)
     scenario.runs()
     return scenario
 
@@ -336,4 +344,6 @@ def _combined(
             if error.key == axis.path:
                 key = f"axes.{axis.path}[{axis.values.index(point[axis.path])}]"
         combination = ", ".join(f"{path} = {brief(value)}" for path, value in point.items())
+        if len(combination) > LONGEST_NOTE:
+            combination = f"{combination[: LONGEST_NOTE - 3]}..."
         raise relocated(error, key, f"in the run with {combination}" if point else "") from None

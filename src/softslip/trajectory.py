@@ -143,8 +143,11 @@ def advance(
         return latest.rate
 
     end = float(stops[-1]) if len(stops) else state.time
+    start = state.step
     while True:
         _guard(state, latest, suspension.layout, parameters)
+        if state.step > start:
+            progress(round(state.time / stepping.step), round(end / stepping.step), state.time)
         if not seen:
             visit(state, latest)
             effort = Effort(evaluations, rejections, refused.latest)
@@ -167,6 +170,9 @@ def advance(
                 longest,
             )
         except NumericalError as error:
+            # The stepper only knows that no step has a value; what was lost is named here.
+            health.check_finite(state)
+            _guard(state, suspension.evaluate(state), suspension.layout, parameters)
             raise health.named(error, state) from error
         rejections += step.rejections
         refused.add(step.rejections, state.step)
@@ -179,7 +185,6 @@ def advance(
             direction=memory.direction,
         )
         wrap_particles(state.node_position, suspension.layout.offsets, parameters.channel.length)
-        progress(round(state.time / stepping.step), round(end / stepping.step), state.time)
 
 
 def _memory(state: State) -> Memory:
@@ -199,6 +204,7 @@ def _guard(state: State, evaluation: Evaluation, layout: Layout, parameters: Par
         node_spacing=float(layout.spacing.max(initial=0.0)),
     )
     health.check_forces(evaluation.forces, state.step)
+    health.check_rate(evaluation.rate, state)
     health.check_control(state.wall_speed, evaluation.wall_velocity, state.step)
     film, length = evaluation.film_thickness, parameters.channel.length
     check_crossing(evaluation.positions, layout, length, film, state.step)

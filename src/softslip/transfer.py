@@ -6,8 +6,9 @@ indices wrap around both ways. Node forces are integrated: the force density tim
 
 import numpy as np
 
+from softslip.compilation import compiled
 from softslip.geometry import FloatArray, IntArray
-from softslip.kernels import SUPPORT, compiled, difference_weights, kernel_weights
+from softslip.kernels import SUPPORT, difference_weights, kernel_weights
 
 _WIDE = SUPPORT + 2
 

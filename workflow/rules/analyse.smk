@@ -17,6 +17,7 @@ rule gather:
     conda:
         f"../{ENVIRONMENT}"
     params:
+        fingerprint=fingerprint("gather"),
         scenario=SOURCE,
         results=lambda wildcards, output: os.path.dirname(output[0]),
         # A run that leaves the scenario leaves the dataset.
@@ -40,6 +41,8 @@ rule fit:
         f"{RESULTS}/benchmarks/fits.tsv"
     conda:
         f"../{ENVIRONMENT}"
+    params:
+        fingerprint=fingerprint("fit"),
     message:
         "Fitting flow and slip laws"
     shell:

@@ -25,6 +25,8 @@ rule figure:
         name="|".join(FIGURE_DATA),
     conda:
         f"../{ENVIRONMENT}"
+    params:
+        fingerprint=fingerprint("draw"),
     message:
         "Drawing {wildcards.name}"
     shell:
@@ -47,6 +49,8 @@ rule snapshot:
         f"{RESULTS}/benchmarks/figures/snapshots/{{run}}.tsv"
     conda:
         f"../{ENVIRONMENT}"
+    params:
+        fingerprint=fingerprint("draw"),
     message:
         "Drawing the snapshot of {wildcards.run}"
     shell:

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from softslip.compilation import compiled
 from softslip.geometry import FloatArray
-from softslip.kernels import compiled
 
 Tell = Callable[[str], None]
 """Called with one line at the beginning of each phase."""

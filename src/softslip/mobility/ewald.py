@@ -19,8 +19,8 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from numpy.typing import NDArray
 
+from softslip.compilation import compiled
 from softslip.geometry import Box, FloatArray, IndexArray, IntArray
-from softslip.kernels import compiled
 from softslip.mobility.grid import inverse_or_zero
 from softslip.mobility.near import (
     MESH_REACH,

@@ -26,8 +26,8 @@ import numpy as np
 from numpy.polynomial import Chebyshev
 from scipy.special import exp1, ive
 
+from softslip.compilation import compiled
 from softslip.geometry import FloatArray, IndexArray, IntArray
-from softslip.kernels import compiled
 
 MESH_REACH = 10.0
 """Highest wavenumber of the far mesh times the reach: beyond it the blob has no modes to speak of.

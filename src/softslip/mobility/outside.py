@@ -10,8 +10,8 @@ traction equals the stress, and nothing depends on the outer gap.
 
 import numpy as np
 
+from softslip.compilation import compiled
 from softslip.geometry import Box, FloatArray
-from softslip.kernels import compiled
 from softslip.mobility import Mobility
 
 

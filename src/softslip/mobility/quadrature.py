@@ -21,8 +21,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.special import erfc
 
+from softslip.compilation import compiled
 from softslip.geometry import FloatArray, IndexArray, Layout
-from softslip.kernels import compiled
 from softslip.mobility import Mobility
 
 TABLE_SIZE = 2048

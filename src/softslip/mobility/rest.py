@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from softslip.compilation import compiled
 from softslip.geometry import FloatArray
-from softslip.kernels import compiled
 from softslip.mobility import Mobility
 
 

@@ -18,8 +18,8 @@ from numba.extending import intrinsic
 from numpy.typing import NDArray
 from scipy.special import i0
 
+from softslip.compilation import compiled
 from softslip.geometry import FloatArray
-from softslip.kernels import compiled
 
 LineArray = NDArray[np.int32]
 

@@ -1,0 +1,277 @@
+"""`softslip status` and `softslip clean`: how far the runs are, and what nobody needs any more."""
+
+import json
+import shlex
+import sys
+import time
+from collections import defaultdict
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.console import Console, Group, RenderableType
+from rich.filesize import decimal
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+from softslip.cli.common import AsJson, Results, ScenarioName, one_line_errors
+from softslip.errors import ConfigError, LockedError, StorageError
+from softslip.stages import STAGES
+from softslip.sweep import Scenario, load_scenario
+
+if TYPE_CHECKING:
+    from softslip.status import Leftover, RunStatus, Survey
+
+app = typer.Typer()
+
+Watch = Annotated[
+    float | None,
+    typer.Option(min=0.1, metavar="SECONDS", help="Look again and again, until all are done."),
+]
+Every = Annotated[bool, typer.Option("--all", help="List the runs that are done too.")]
+AllCheckpoints = Annotated[
+    bool, typer.Option("--all", help="Remove those of stopped runs too, which then begin anew.")
+]
+DryRun = Annotated[bool, typer.Option("--dry-run", help="Only say what would be removed.")]
+
+
+@app.command()
+@one_line_errors
+def status(
+    scenario: ScenarioName,
+    results: Results = None,
+    as_json: AsJson = False,
+    every: Every = False,
+    watch: Watch = None,
+) -> None:
+    """Say how far the runs of a scenario are: done, running, stopped or missing."""
+    from softslip.status import survey
+
+    if as_json and watch is not None:
+        raise ConfigError("watch", watch, "is given with --json", "leave out one of the two")
+    loaded = load_scenario(scenario)
+    folder = results or Path("results") / loaded.name
+    remedy = shlex.join(["softslip", "clean", scenario, *_results_option(results)])
+    if as_json:
+        print(json.dumps(_as_mapping(loaded, folder, survey(loaded, folder))))
+    elif watch is None:
+        found = survey(loaded, folder)
+        shown = *_runs_table(loaded, found, every), *_summary(loaded, found, remedy)
+        _console().print(Group(*shown), crop=False)
+    else:
+        _watch(loaded, folder, every, watch, remedy)
+
+
+def _results_option(results: Path | None) -> list[str]:
+    return [] if results is None else ["--results", str(results)]
+
+
+def _console() -> Console:
+    return Console(width=None if sys.stdout.isatty() else 160)
+
+
+def _watch(scenario: Scenario, folder: Path, every: bool, interval: float, remedy: str) -> None:
+    """Show the status again and again, until all runs are done or the user has seen enough."""
+    from softslip.status import survey
+
+    console = _console()
+    with suppress(KeyboardInterrupt), Live(console=console, auto_refresh=False) as live:
+        while True:
+            found = survey(scenario, folder)
+            # On top is what stays in sight when there are more rows than lines.
+            top = _summary(scenario, found, remedy)
+            if console.is_terminal:
+                rows = _runs_table(scenario, found, every, most=console.height)
+                live.update(Group(*top, *rows), refresh=True)
+            else:
+                console.print(Group(*top, *_runs_table(scenario, found, every)), crop=False)
+            if all(run.state == "done" for run in found.runs):
+                return
+            time.sleep(interval)
+
+
+def _summary(scenario: Scenario, found: "Survey", remedy: str) -> list[RenderableType]:
+    """Return a table with a row for each stage, between lines on the scenario and checkpoints."""
+    from softslip.status import STATES
+
+    table = Table("stage")
+    for state in STATES:
+        table.add_column(state, justify="right")
+    for stage in STAGES:
+        counts = found.counts(stage)
+        table.add_row(stage, *(str(counts[state]) for state in STATES))
+    files = found.checkpoints
+    total = decimal(sum(file.size for file in files))
+    lines = [f"{_counted(len(files), 'checkpoint')}, {total}"]
+    damaged = sum(file.verdict == "damaged" for file in files)
+    if damaged:
+        lines.append(f"{_counted(damaged, 'checkpoint')} damaged")
+    if found.stale:
+        size = decimal(sum(file.size for file in found.stale))
+        count = _counted(len(found.stale), "stale checkpoint")
+        lines.append(f"{count}, {size}; to remove them: {remedy}")
+    # A command that is broken over two lines cannot be copied.
+    unbroken = [Text(line, no_wrap=True, overflow="ignore") for line in lines]
+    return [Text(f"{scenario.name}: {scenario.description}"), table, *unbroken]
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"
+
+
+def _runs_table(
+    scenario: Scenario, found: "Survey", every: bool, most: int | None = None
+) -> list[RenderableType]:
+    """Return a table with a row for each run of a stage that is not done, or for all, if any.
+
+    Those that run come first. There are no more rows than asked for.
+    """
+    order = ("running", "stopped", "missing", "done")[: None if every else -1]
+    shown = [run for run in found.runs if run.state in order]
+    shown.sort(key=lambda run: order.index(run.state))
+    if not shown:
+        return []
+    table = Table("stage")
+    table.add_column("run", no_wrap=True)
+    for axis in scenario.axes:
+        table.add_column(axis.label)
+    table.add_column("state")
+    for name in ("time", "of", "part", "step", "steps/s", "left", "written", "restarts"):
+        table.add_column(name, justify="right")
+    table.add_column("remarks")
+    for run in shown[:most]:
+        values = [str(run.coordinates.get(axis.label, "")) for axis in scenario.axes]
+        table.add_row(run.stage, run.run, *values, run.state, *_progress(run), _remarks(run))
+    return [table]
+
+
+def _progress(run: "RunStatus") -> list[str]:
+    """Return the cells from a run's time to its restarts."""
+    progress = run.progress
+    if progress is None:
+        return [""] * 8
+    return [
+        f"{progress.time:.4g}",
+        f"{progress.end:g}",
+        f"{progress.fraction:.1%}",
+        str(progress.step),
+        "" if progress.rate is None else f"{progress.rate:.3g}",
+        "" if progress.remaining is None else _duration(progress.remaining),
+        f"{_duration(max(time.time() - progress.written, 0.0))} ago",
+        str(progress.restarts),
+    ]
+
+
+def _remarks(run: "RunStatus") -> str:
+    """Return who works on a run, and what is wrong with its checkpoints."""
+    words = [] if run.holder is None else [str(run.holder)]
+    if run.damaged:
+        words.append(f"{_counted(run.damaged, 'checkpoint')} damaged")
+    return ", ".join(words)
+
+
+def _duration(seconds: float) -> str:
+    """Return a time in the unit that suits it."""
+    for unit, length in (("d", 86400.0), ("h", 3600.0), ("min", 60.0)):
+        if seconds >= 2 * length:
+            return f"{seconds / length:.1f} {unit}"
+    return f"{seconds:.0f} s"
+
+
+def _as_mapping(scenario: Scenario, folder: Path, found: "Survey") -> dict[str, Any]:
+    """Return the status as JSON has it; what is not known is null."""
+    return {
+        "scenario": scenario.name,
+        "results": str(folder),
+        "stages": {stage: found.counts(stage) for stage in STAGES},
+        "runs": [_run_mapping(run) for run in found.runs],
+        "checkpoints": {
+            "files": len(found.checkpoints),
+            "bytes": sum(file.size for file in found.checkpoints),
+            "damaged": sum(file.verdict == "damaged" for file in found.checkpoints),
+            "stale": len(found.stale),
+            "stale_bytes": sum(file.size for file in found.stale),
+        },
+    }
+
+
+def _run_mapping(run: "RunStatus") -> dict[str, Any]:
+    words: dict[str, Any] = {
+        "stage": run.stage,
+        "run": run.run,
+        "coordinates": dict(run.coordinates),
+        "state": run.state,
+        "damaged": run.damaged,
+        "progress": None,
+        "holder": None,
+    }
+    if run.progress is not None:
+        words["progress"] = vars(run.progress) | {"fraction": run.progress.fraction}
+    if run.holder is not None:
+        started = run.holder.started
+        words["holder"] = vars(run.holder) | {"started": started and started.isoformat()}
+    return words
+
+
+@app.command()
+@one_line_errors
+def clean(
+    scenario: ScenarioName,
+    results: Results = None,
+    everything: AllCheckpoints = False,
+    dry_run: DryRun = False,
+) -> None:
+    """Remove checkpoints that nobody needs any more, and what dead processes left behind."""
+    from softslip.status import survey
+
+    loaded = load_scenario(scenario)
+    folder = results or Path("results") / loaded.name
+    found = survey(loaded, folder).leftovers(everything)
+    word = "would remove" if dry_run else "removed"
+    count = total = 0
+    for file in found if dry_run else _removed(folder, found):
+        print(f"{word} {file.path.relative_to(folder)} ({decimal(file.size)}): {file.reason}")
+        count, total = count + 1, total + file.size
+    print(f"{word} {_counted(count, 'file')}, {decimal(total)} ({total} bytes)")
+
+
+def _removed(results: Path, found: "tuple[Leftover, ...]") -> Iterator["Leftover"]:
+    """Remove files, each under the lock of the run that it is of, and yield them."""
+    by_run: defaultdict[tuple[str, str], list[Leftover]] = defaultdict(list)
+    for file in found:
+        by_run[file.stage, file.run].append(file)
+    for (stage, run), files in by_run.items():
+        if not run:
+            yield from filter(_unlinked, files)
+            continue
+        try:
+            yield from _removed_of(results / stage, run, files)
+        except LockedError as error:
+            print(f"kept {_counted(len(files), 'file')} of {stage}: {error}", file=sys.stderr)
+
+
+def _removed_of(folder: Path, run: str, files: "list[Leftover]") -> Iterator["Leftover"]:
+    """Remove files of one run, whose lock is taken first and whose lock file goes last."""
+    from softslip.lock import claim, lock_path
+    from softslip.status import FINISHED, FOLDER
+
+    with claim(folder / FOLDER, run):
+        if not (folder / f"{run}.nc").exists():
+            # It is being made anew since it was looked at.
+            files = [file for file in files if file.reason != FINISHED]
+        yield from filter(_unlinked, files)
+        lock_path(folder / FOLDER, run).unlink(missing_ok=True)
+
+
+def _unlinked(file: "Leftover") -> bool:
+    """Remove a file, and return whether it was still there."""
+    try:
+        file.path.unlink()
+    except FileNotFoundError:
+        return False
+    except OSError as error:
+        raise StorageError(f"{file.path}: cannot be removed ({error.strerror})") from error
+    return True

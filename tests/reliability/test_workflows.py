@@ -1,0 +1,214 @@
+"""Snakemake itself: killed with its jobs, killed alone, asked to stop, and started twice."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import psutil
+import pytest
+import xarray as xr
+from chain import FIGURE, LONG, ROOT, SCENARIO, STAGES, Chain
+
+from softslip.checkpoint import SUFFIX
+from softslip.storage import CONTENT_DIGEST
+from softslip.sweep import load_scenario
+
+pytestmark = [pytest.mark.reliability, pytest.mark.slow, pytest.mark.workflow]
+
+PATIENCE = 240.0
+
+
+class Workflow:
+    """A copy of the workflow with one small scenario.
+
+    Parameters
+    ----------
+    folder
+        Where the copy is made.
+    scenario
+        Its text.
+    """
+
+    def __init__(self, folder: Path, scenario: str) -> None:
+        self.folder = folder
+        for name in ("workflow", "profiles"):
+            shutil.copytree(ROOT / name, folder / name)
+        shutil.copy(ROOT / "Snakefile", folder)
+        (folder / "config").mkdir()
+        source = folder / "config" / "small.yaml"
+        source.write_text(scenario)
+        (run,) = load_scenario(str(source)).runs()
+        self.results = folder / "results" / "small"
+        self.chain = Chain(source, self.results, run.ids, warm=None)
+
+    def start(self) -> subprocess.Popen[str]:
+        """Start Snakemake in a session of its own."""
+        target = self.chain.output(Path("results/small"), FIGURE)
+        command = [sys.executable, "-m", "snakemake", "--cores", "1", "--config"]
+        return subprocess.Popen(
+            [*command, "scenario=small", "checkpoint=0.2", "--", str(target)],
+            cwd=self.folder,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            start_new_session=True,
+        )
+
+    def run(self) -> tuple[int, str]:
+        """Run it to its end; return its exit status and what it said."""
+        process = self.start()
+        said, _ = process.communicate(timeout=PATIENCE)
+        return process.returncode, said
+
+    def digests(self) -> dict[str, str | bytes]:
+        """Return the content digest of every stage and the bytes of the figure."""
+        found: dict[str, str | bytes] = {}
+        for stage in STAGES:
+            with xr.open_dataset(self.chain.output(self.results, stage)) as dataset:
+                found[stage] = dataset.attrs[CONTENT_DIGEST]
+        return found | {FIGURE: self.chain.output(self.results, FIGURE).read_bytes()}
+
+    def finish(self) -> dict[str, str | bytes]:
+        """Run it to its end, which must be a good one; return what came out."""
+        status, said = self.run()
+        assert status == 0, said
+        assert not list(self.results.rglob(f"*{SUFFIX}"))
+        return self.digests()
+
+    def jobs(self, stage: str) -> list[psutil.Process]:
+        """Return the live processes that work on a stage of this copy."""
+        found = []
+        for process in psutil.process_iter(["cmdline", "cwd", "status"]):
+            words, place = process.info["cmdline"] or [], process.info["cwd"]
+            at_work = process.info["status"] != psutil.STATUS_ZOMBIE
+            if at_work and place == str(self.folder) and stage in words and "--output" in words:
+                found.append(process)
+        return found
+
+    def wait_for_checkpoint(self, stage: str) -> None:
+        """Wait until a stage has kept itself."""
+        deadline = time.monotonic() + PATIENCE
+        while not list((self.results / stage).rglob(f"*{SUFFIX}")):
+            assert time.monotonic() < deadline, f"{stage} was never kept"
+            time.sleep(0.02)
+
+    def wait_for_no_jobs(self) -> None:
+        """Wait until nobody works on any stage."""
+        deadline = time.monotonic() + PATIENCE
+        while any(self.jobs(stage) for stage in STAGES):
+            assert time.monotonic() < deadline, "a job does not end"
+            time.sleep(0.1)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str | bytes]:
+    """Return what an undisturbed workflow makes."""
+    return Workflow(tmp_path_factory.mktemp("whole") / "copy", SCENARIO).finish()
+
+
+@pytest.fixture(scope="module")
+def long(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, str | bytes]]:
+    """Return an undisturbed workflow with a long shear, and what it makes."""
+    folder = tmp_path_factory.mktemp("long") / "copy"
+    return folder, Workflow(folder, LONG).finish()
+
+
+@pytest.fixture
+def at_work(long, tmp_path: Path) -> tuple[Workflow, subprocess.Popen, dict[str, str | bytes]]:
+    """Return a workflow whose shear has just been kept, its process, and what it should make."""
+    folder, expected = long
+    flow = Workflow(tmp_path / "copy", LONG)
+    shutil.copytree(folder / "results", flow.folder / "results")
+    shutil.copytree(folder / ".snakemake", flow.folder / ".snakemake")
+    for stage in ("shear", FIGURE):
+        flow.chain.output(flow.results, stage).unlink()
+    process = flow.start()
+    flow.wait_for_checkpoint("shear")
+    return flow, process, expected
+
+
+def test_the_workflow_makes_what_the_warm_children_make(chain: Chain, whole) -> None:
+    figure = chain.output(chain.folder, FIGURE).read_bytes()
+    assert whole == chain.digests | {FIGURE: figure}
+
+
+@pytest.mark.parametrize("part", range(2))
+def test_killed_with_its_jobs_at_random(whole, tmp_path: Path, tally, part: int) -> None:
+    counts = tally("kills of Snakemake and its jobs")
+    random = np.random.default_rng(np.random.SeedSequence([7, part]))
+    flow, start = Workflow(tmp_path / "copy", SCENARIO), time.monotonic()
+    while counts["killed"] < 10:
+        process = flow.start()
+        try:
+            process.communicate(timeout=random.uniform(2, 12))
+            assert process.returncode == 0
+            assert flow.digests() == whole
+            counts["finished"] += 1
+            shutil.rmtree(flow.results)
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.communicate()
+            counts["killed"] += 1
+    assert flow.finish() == whole
+    counts["finished"] += 1
+    counts["seconds"] += round(time.monotonic() - start)
+
+
+@pytest.mark.parametrize("turn", range(3))
+def test_killed_alone_its_orphan_keeps_others_away(at_work, tally, turn: int) -> None:
+    flow, process, expected = at_work
+    counts = tally("kills of Snakemake alone")
+    time.sleep(0.3 * turn)
+    process.kill()
+    process.communicate()
+    assert flow.jobs("shear"), "the job did not outlive it"
+    status, said = flow.run()
+    assert status != 0
+    assert "LockedError: run " in said, said
+    assert "is being worked on by process" in said
+    counts["killed"] += 1
+    counts["kept away"] += 1
+    flow.wait_for_no_jobs()
+    assert flow.finish() == expected
+    counts["finished"] += 1
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
+@pytest.mark.parametrize("whom", ["alone", "group"])
+def test_asked_to_stop(at_work, tally, number: signal.Signals, whom: str) -> None:
+    """Whatever it makes of the signal, the same command ends well once its job has ended."""
+    flow, process, expected = at_work
+    counts = tally(f"{number.name} to Snakemake, {whom}")
+    if whom == "alone":
+        process.send_signal(number)
+    else:
+        os.killpg(process.pid, number)
+    process.communicate(timeout=PATIENCE)
+    counts["sent"] += 1
+    counts["said so"] += process.returncode != 0
+    counts["job lived on"] += bool(flow.jobs("shear"))
+    counts["checkpoint left"] += bool(list(flow.results.rglob(f"*{SUFFIX}")))
+    flow.wait_for_no_jobs()
+    assert flow.finish() == expected
+    counts["finished"] += 1
+
+
+def test_the_second_of_two_is_turned_away(at_work, tally) -> None:
+    flow, process, expected = at_work
+    counts = tally("second workflows on one folder")
+    for _ in range(3):
+        status, said = flow.run()
+        assert status != 0
+        assert "run workflow is being worked on by process" in said, said
+        assert "Traceback" not in said, said
+        counts["turned away"] += 1
+    said, _ = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 0, said
+    assert flow.digests() == expected
+    counts["finished"] += 1
