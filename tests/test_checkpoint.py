@@ -168,10 +168,10 @@ def test_a_failed_write_leaves_what_was_there(tmp_path, monkeypatch):
     checkpoints = written(tmp_path, generations=2)
     before = {path: path.read_bytes() for path in tmp_path.iterdir()}
 
-    def full(path, data):
+    def full(descriptor):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("pathlib.Path.write_bytes", full)
+    monkeypatch.setattr("os.fsync", full)
     with pytest.raises(StorageError, match="No space left on device"):
         checkpoints.save(state_arrays(state()), state(), 1.0)
     assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before

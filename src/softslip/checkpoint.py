@@ -9,6 +9,7 @@ import hashlib
 import io
 import json
 import math
+import os
 import time
 import zipfile
 from collections.abc import Callable, Iterator, Mapping
@@ -193,7 +194,11 @@ class Checkpoints:
         )
         content = _content(header, arrays)
         with replacing(self.newest) as temporary:
-            temporary.write_bytes(content)
+            with temporary.open("wb") as file:
+                file.write(content)
+                file.flush()
+                # The generation before gives way only to one that is safe.
+                os.fsync(file.fileno())
             if self.newest.exists():
                 self.newest.replace(self.previous)
 

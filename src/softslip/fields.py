@@ -68,7 +68,7 @@ _SHORT = reprlib.Repr()
 _SHORT.maxlevel = 1
 _SHORT.maxlist = _SHORT.maxtuple = _SHORT.maxset = _SHORT.maxdict = 4
 _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 60
-_LONGEST = 80
+_LONGEST, _LONGEST_NAME = 80, 200
 _LONG_INTEGER = 1 << 256
 
 
@@ -191,6 +191,12 @@ def unknown(root: type[BaseModel], path: str, value: object) -> ConfigError:
 def printable(text: str) -> str:
     """Return a text that a terminal can show: escaped where it is not plain."""
     return text if text.isprintable() else ascii(str(text))  # `Verbatim` would not be escaped.
+
+
+def file_text(path: object) -> str:
+    """Return a file's name as an error message shows it, without the middle of a very long one."""
+    text = printable(str(path))
+    return text if len(text) <= _LONGEST_NAME else f"{text[:50]}...{text[53 - _LONGEST_NAME :]}"
 
 
 def key_text(key: object) -> str:

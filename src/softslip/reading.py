@@ -11,13 +11,10 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from softslip.errors import ConfigError
-from softslip.fields import NOTHING, Verbatim, brief, key_text, path_of, printable
+from softslip.fields import NOTHING, Verbatim, brief, file_text, key_text, path_of
 
 LARGEST_FILE = 2**16
 """Size in bytes above which a file is no scenario; the parser takes a second for so much."""
-
-LONGEST_NAME = 200
-"""Length above which a message shortens the name of a file."""
 
 
 def read_mapping(path: Path) -> dict[Any, Any]:
@@ -98,13 +95,7 @@ def _text(path: Path) -> str:
 
 
 def _refused(path: Path, limit: str, remedy: str) -> ConfigError:
-    return ConfigError(_shown(path), NOTHING, _plain(limit), remedy)
-
-
-def _shown(path: Path) -> str:
-    """Return a file's name as a message shows it, without the middle of a very long one."""
-    text = printable(str(path))
-    return text if len(text) <= LONGEST_NAME else f"{text[:50]}...{text[53 - LONGEST_NAME :]}"
+    return ConfigError(file_text(path), NOTHING, _plain(limit), remedy)
 
 
 def _plain(text: str) -> str:
@@ -139,7 +130,7 @@ def relocated(error: ConfigError, key: str, note: str = "") -> ConfigError:
 
 def in_file(path: Path, error: ConfigError) -> ConfigError:
     """Return an error with the file's name in front; its ``key`` stays as it is."""
-    error.args = (" ".join(f"{_shown(path)}: {error}".split()),)
+    error.args = (" ".join(f"{file_text(path)}: {error}".split()),)
     return error
 
 

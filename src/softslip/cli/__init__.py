@@ -6,7 +6,7 @@ wait for the plotting libraries.
 
 import typer
 
-from softslip.cli import bench, draw, numerics, results, stages, validate
+from softslip.cli import bench, draw, numerics, results, stages, status, validate
 
 app = typer.Typer(
     add_completion=False,
@@ -14,6 +14,7 @@ app = typer.Typer(
     help="Wall slip and bulk yielding in soft particle suspensions.",
 )
 app.add_typer(stages.app)
+app.add_typer(status.app)
 app.add_typer(results.app)
 app.add_typer(draw.app)
 app.add_typer(validate.app, name="validate")

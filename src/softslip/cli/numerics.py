@@ -2,15 +2,17 @@
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 import xarray as xr
 
 from softslip.cli.common import Output, one_line_errors
 from softslip.errors import ConfigError
-from softslip.numerics import Study, load_study
 from softslip.storage import read_dataset, write_dataset
+
+if TYPE_CHECKING:
+    from softslip.numerics import Study
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -30,7 +32,14 @@ def _tell(line: str) -> None:
     print(f"numerics: {line}", file=sys.stderr, flush=True)
 
 
-def _write(dataset: xr.Dataset, output: Path, kind: str, study: Study, name: str) -> None:
+def _study(name: str) -> "Study":
+    """Return a study; the solver, which studies know, is imported by those who want one."""
+    from softslip.numerics import load_study
+
+    return load_study(name)
+
+
+def _write(dataset: xr.Dataset, output: Path, kind: str, study: "Study", name: str) -> None:
     title = f"{kind} of the numerics: {name}"
     labelled = dataset.assign_attrs(study=study.name)
     write_dataset(labelled, output, stage=kind, run=name, title=title)
@@ -49,7 +58,7 @@ def validation(name: Name, output: Output, study: StudyName = "full") -> None:
     from softslip.validation import CASES
     from softslip.validation.sweeps import sweep
 
-    given = load_study(study)
+    given = _study(study)
     wanted = given.validation[_one_of(name, list(given.validation), f"validation of {study}")]
     case = CASES[_one_of(wanted.case, list(CASES), "case")]
     _write(sweep(case, wanted.axes, tell=_tell), output, "validation", given, name)
@@ -61,7 +70,7 @@ def stability(name: Name, output: Output, study: StudyName = "full") -> None:
     """Run all cells along one axis of the map of stability."""
     from softslip.stability import GROUPS, measure_group
 
-    given = load_study(study)
+    given = _study(study)
     group = _one_of(name, list(GROUPS), "axis of the map")
     _write(measure_group(group, given.stability, _tell), output, "stability", given, name)
 
@@ -72,7 +81,7 @@ def limits(output: Output, study: StudyName = "full") -> None:
     """Measure the longest stable steps of both integrators, next to theory."""
     from softslip.stability import measure_limits
 
-    given = load_study(study)
+    given = _study(study)
     _write(measure_limits(given.stability, _tell), output, "limits", given, "limits")
 
 
@@ -83,7 +92,7 @@ def stability_map(data: Data, output: Output, study: StudyName = "full") -> None
     from softslip.stability import gather
     from softslip.stability.markdown import wrong_cells
 
-    given = load_study(study)
+    given = _study(study)
     gathered = gather([read_dataset(path, stage="stability") for path in data])
     _write(gathered, output, "stability_map", given, "map")
     for cell in wrong_cells(gathered):
@@ -96,7 +105,7 @@ def scene(output: Output, study: StudyName = "full") -> None:
     """Make the sheared packings that all members of the trade-off start from."""
     from softslip.tradeoff.scene import prepare
 
-    given = load_study(study)
+    given = _study(study)
     _write(prepare(given.tradeoff, _tell), output, "scene", given, "scene")
 
 
@@ -107,7 +116,7 @@ def member(name: Name, scene: Scene, output: Output, study: StudyName = "full") 
     from softslip.tradeoff.measure import measure_member
     from softslip.tradeoff.members import members_of
 
-    given = load_study(study)
+    given = _study(study)
     members = members_of(given.tradeoff)
     wanted = members[_one_of(name, list(members), f"member of {study}")]
     start = read_dataset(scene, stage="scene")
@@ -120,7 +129,7 @@ def steady(name: Name, output: Output, study: StudyName = "full") -> None:
     """Run one packing for long, at all regularisation lengths of the plan."""
     from softslip.tradeoff.steady import cases_of, measure_steady
 
-    given = load_study(study)
+    given = _study(study)
     cases = cases_of(given.tradeoff)
     wanted = cases[_one_of(name, list(cases), f"long run of {study}")]
     _write(measure_steady(wanted, given.tradeoff, _tell), output, "steady", given, name)
@@ -132,7 +141,7 @@ def tradeoff(data: Data, output: Output, study: StudyName = "full") -> None:
     """Gather members and long runs into the trade-off dataset."""
     from softslip.tradeoff.table import gather
 
-    given = load_study(study)
+    given = _study(study)
     read = [xr.load_dataset(path, engine="netcdf4") for path in data]
     members = [dataset for dataset in read if dataset.attrs.get("stage") == "member"]
     runs = [dataset for dataset in read if dataset.attrs.get("stage") == "steady"]
@@ -145,7 +154,7 @@ def elements(output: Output, study: StudyName = "full") -> None:
     """Measure what each element of a scene costs, and what is saved without it."""
     from softslip.bench import as_dataset, bench_elements
 
-    given = load_study(study)
+    given = _study(study)
     result = bench_elements(**given.elements, tell=_tell)
     _write(as_dataset(result), output, "elements", given, "elements")
 
