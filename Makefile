@@ -7,16 +7,17 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/pip --disable-pip-version-check -qq
 LOCKED := $(VENV)/.locked
 INSTALLED := $(VENV)/.installed
+MUTATION := .mutation
 
 SNAKEFILES := Snakefile workflow
 SOURCES := src tests workflow
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run test check format lock clean
+.PHONY: help env run test reliability mutation check format lock clean
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "make %-11s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 env: $(INSTALLED) ## build the environment .venv
 
@@ -41,11 +42,27 @@ python3-venv:
 	$$as_root apt-get update --quiet=2 && \
 	$$as_root env DEBIAN_FRONTEND=noninteractive apt-get install --quiet=2 --yes python3-venv
 
+# Beside the packages of .venv, which it sees, so that the tests run with the same versions.
+$(MUTATION)/.installed: $(INSTALLED) requirements-mutation.lock
+	@echo "Installing cosmic-ray in $(MUTATION)"
+	@$(PYTHON) -m venv --clear $(MUTATION)/venv
+	@echo "import site; site.addsitedir('$$(echo $(CURDIR)/$(VENV)/lib/python*/site-packages)')" \
+		| tee $(MUTATION)/venv/lib/python*/site-packages/environment.pth >/dev/null
+	@$(MUTATION)/venv/bin/pip --disable-pip-version-check -qq install \
+		--requirement requirements-mutation.lock
+	@touch $@
+
 run: env ## run the workflow (CORES=2 SCENARIO=demo)
 	@$(BIN)/snakemake --cores $(CORES) --config scenario=$(SCENARIO)
 
 test: check ## run the checks and the fast tests
 	@$(BIN)/pytest --numprocesses $(CORES)
+
+reliability: env ## kill, fill and damage what runs depend on, at full size (1 h, 1 core)
+	@SOFTSLIP_RELIABILITY=results/reliability.json $(BIN)/pytest tests/reliability -m reliability
+
+mutation: $(MUTATION)/.installed ## let mutants of the equations meet their tests (1 h, 1 core)
+	@$(MUTATION)/venv/bin/python tests/mutation/run.py --folder $(MUTATION) --fresh --survivors
 
 check: env ## check style, types, imports and workflow
 	@$(BIN)/ruff check --quiet $(SOURCES)
@@ -66,5 +83,5 @@ lock: env ## bring requirements.lock to the newest versions
 		--output-file requirements.lock pyproject.toml
 
 clean: ## remove the environment and the caches, but no results
-	@rm -rf $(VENV) build dist .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
+	@rm -rf $(VENV) $(MUTATION) build dist .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
 	@find src tests workflow -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true

@@ -9,7 +9,7 @@ import xarray as xr
 from typer.testing import CliRunner
 
 from softslip.cli import app
-from softslip.stages import STAGES
+from softslip.stages import STAGES, stage_parameters
 from softslip.storage import read_dataset
 from softslip.sweep import load_scenario
 
@@ -53,7 +53,7 @@ def test_stages_write_their_identity_parameters_and_units(results: Path) -> None
     for stage in STAGES:
         for identity, row in scenario.stage_table(stage).items():
             data = read_dataset(results / stage / f"{identity}.nc", stage=stage, run=identity)
-            assert json.loads(data.attrs["parameters"])["hydrodynamics"]["resolution"] == 2048
+            assert data.attrs["parameters"] == stage_parameters(row.parameters, stage)
             assert data.attrs["parent"] == (row.parent or "")
             bare = [
                 name for name, variable in data.data_vars.items() if "units" not in variable.attrs

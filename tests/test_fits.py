@@ -180,6 +180,7 @@ def test_slip_law_uses_the_fitted_yield_stress():
 
 def test_fits_survive_a_file(tmp_path):
     found = fit_laws(made_up(seed=2).isel(stress=slice(0, 6)))
+    found["roughness"].attrs["units"] = "1"
     write_dataset(found, tmp_path / "fits.nc", stage="fits", run="demo", title="Fits")
     back = read_dataset(tmp_path / "fits.nc", stage="fits")
     xr.testing.assert_equal(back, found)

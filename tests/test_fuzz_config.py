@@ -637,6 +637,12 @@ BOMBS = {
     "nothing but colons": ":" * 60_000,
     "nothing but lines": "\n" * 60_000,
     "a description in colours": 'description: "\\e[31mred"',
+    "a key of odd spaces": HEAD + "'a  \xa0b': 1",
+    "contacts of any range": HEAD + "base: {steric: {length: 1e300}}",
+    "contacts of no range": HEAD + "base: {steric: {length: 5e-324}, hydrodynamics: "
+    "{node_spacing: 5e-324}}",
+    "membranes of no strength": HEAD + "base: {membrane: {elastic_constant: 1e-30}, "
+    "rheometer: {stress: 0}}",
     "too large a file": "#" * (LARGEST_FILE + 1),
 }
 ACCEPTED = {"many runs", "many snapshots", "a long fraction", "a long description", "many axes"}

@@ -60,7 +60,7 @@ GROWING = {
 }
 """Variables whose values follow one another."""
 
-FEW = settings(max_examples=8)
+FEW = settings(max_examples=5)
 """Each example damages every variable of a stage."""
 
 STRESSES, ROUGHNESSES = (0.01, 0.03, 0.15, 0.2, 0.3, 0.5), (0.0, 0.59)

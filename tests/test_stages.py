@@ -1,3 +1,4 @@
+import json
 import os
 import subprocess
 import sys
@@ -12,7 +13,14 @@ from softslip.errors import ConfigError
 from softslip.fidelity import LEVELS
 from softslip.fields import all_fields
 from softslip.parameters import Parameters
-from softslip.stages import DEPENDENCIES, ID_DIGITS, STAGES, stage_ids, stage_paths
+from softslip.stages import (
+    DEPENDENCIES,
+    ID_DIGITS,
+    STAGES,
+    stage_ids,
+    stage_parameters,
+    stage_paths,
+)
 
 FIELDS = all_fields(Parameters)
 
@@ -190,3 +198,16 @@ def test_identities_are_the_same_in_another_process(environment: dict[str, str])
         check=True,
     )
     assert answer.stdout.split() == list(stage_ids(Parameters()).values())
+
+
+def test_runs_that_share_a_stage_write_the_same_parameters_of_it() -> None:
+    low, high = (Parameters.from_mapping({"rheometer": {"stress": each}}) for each in (0.1, 0.5))
+    for stage in ("packing", "expansion", "ageing"):
+        assert stage_parameters(low, stage) == stage_parameters(high, stage)
+    assert stage_parameters(low, "shear") != stage_parameters(high, "shear")
+
+
+def test_the_parameters_of_the_last_stage_make_the_run_again() -> None:
+    given = Parameters.from_mapping({"fidelity": "standard", "rheometer": {"stress": 0.25}})
+    again = Parameters.from_mapping(json.loads(stage_parameters(given, "shear")))
+    assert stage_ids(again) == stage_ids(given)

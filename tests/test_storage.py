@@ -6,7 +6,13 @@ import xarray as xr
 
 import softslip
 from softslip.errors import DatasetError, StorageError
-from softslip.storage import read_dataset, write_dataset
+from softslip.storage import (
+    CONTENT_DIGEST,
+    RECORD_DIGEST,
+    digests,
+    read_dataset,
+    write_dataset,
+)
 
 
 @pytest.fixture
@@ -27,13 +33,13 @@ def dataset():
 @pytest.fixture
 def written(dataset, tmp_path):
     path = tmp_path / "deep" / "run.nc"
-    write_dataset(dataset, path, stage="shear", run="abc", title="A run")
+    write_dataset(dataset, path, stage="toy", run="abc", title="A run")
     return path
 
 
 def refusal(path, **wanted):
     with pytest.raises(DatasetError) as caught:
-        read_dataset(path, **({"stage": "shear"} | wanted))
+        read_dataset(path, **({"stage": "toy"} | wanted))
     text = str(caught.value)
     assert str(path) in text
     assert "\n" not in text, text
@@ -41,7 +47,7 @@ def refusal(path, **wanted):
 
 
 def test_what_is_written_is_read_to_the_last_bit(written, dataset):
-    read = read_dataset(written, stage="shear", run="abc")
+    read = read_dataset(written, stage="toy", run="abc")
     for name in dataset.variables:
         assert read[name].dtype == dataset[name].dtype or name == "wall"
         assert read[name].values.tolist() == dataset[name].values.tolist() or name == "far"
@@ -51,9 +57,9 @@ def test_what_is_written_is_read_to_the_last_bit(written, dataset):
 
 
 def test_files_say_what_they_are(written):
-    attributes = read_dataset(written, stage="shear").attrs
+    attributes = read_dataset(written, stage="toy").attrs
     assert attributes["Conventions"].startswith("CF-")
-    assert (attributes["stage"], attributes["run"]) == ("shear", "abc")
+    assert (attributes["stage"], attributes["run"]) == ("toy", "abc")
     assert attributes["title"] == "A run"
     assert softslip.__version__ in attributes["source"]
     assert {"history", "references"} <= set(attributes)
@@ -61,7 +67,7 @@ def test_files_say_what_they_are(written):
 
 def test_writing_leaves_the_dataset_as_it_was(dataset, tmp_path):
     before = dataset.copy(deep=True)
-    write_dataset(dataset, tmp_path / "run.nc", stage="shear", run="abc", title="A run")
+    write_dataset(dataset, tmp_path / "run.nc", stage="toy", run="abc", title="A run")
     assert dataset.identical(before)
 
 
@@ -85,7 +91,7 @@ def test_a_damaged_byte_is_found(written, dataset):
         damaged[place] ^= 0xFF
         written.write_bytes(damaged)
         try:
-            read = read_dataset(written, stage="shear")
+            read = read_dataset(written, stage="toy")
         except DatasetError:
             found += 1
             continue
@@ -102,15 +108,15 @@ def test_a_failed_writer_leaves_the_old_file_and_no_other(written, dataset, monk
         raise OSError("disk full")
 
     monkeypatch.setattr(xr.Dataset, "to_netcdf", fail)
-    with pytest.raises(StorageError, match=r"new\.nc: cannot be written \(disk full\)"):
-        write_dataset(dataset, written, stage="shear", run="new", title="Another")
+    with pytest.raises(StorageError, match=r"run\.nc: cannot be written \(disk full\)"):
+        write_dataset(dataset, written, stage="toy", run="new", title="Another")
     assert written.read_bytes() == before
     assert [each.name for each in written.parent.iterdir()] == [written.name]
 
 
 def test_a_rewritten_file_replaces_the_old_one(written, dataset):
-    write_dataset(dataset * 2, written, stage="shear", run="new", title="Another")
-    read = read_dataset(written, stage="shear", run="new")
+    write_dataset(dataset * 2, written, stage="toy", run="new", title="Another")
+    read = read_dataset(written, stage="toy", run="new")
     assert np.array_equal(read["stress"].values, 2 * dataset["stress"].values)
     assert [each.name for each in written.parent.iterdir()] == [written.name]
 
@@ -120,11 +126,11 @@ def test_files_can_be_read_by_others(written):
 
 
 def test_missing_files_are_refused(tmp_path):
-    assert "shear stage" in refusal(tmp_path / "none.nc")
+    assert "toy stage" in refusal(tmp_path / "none.nc")
 
 
 def test_other_stages_and_runs_are_refused(written):
-    assert "'shear', not 'ageing'" in refusal(written, stage="ageing")
+    assert "'toy', not 'ageing'" in refusal(written, stage="ageing")
     assert "'abc', not 'xyz'" in refusal(written, run="xyz")
 
 
@@ -161,3 +167,80 @@ def test_words_of_parts_that_were_read_keep_their_length_in_the_whole(tmp_path):
     write_dataset(whole, tmp_path / "whole.nc", stage="whole", run="", title="")
     found = read_dataset(tmp_path / "whole.nc", stage="whole")
     assert found["label"].values.tolist() == ["short", "much longer"]
+
+
+def altered(path, change):
+    """Change a written file in place, as another program would."""
+    with netCDF4.Dataset(path, "a") as file:
+        change(file)
+
+
+def set_value(name, place, value):
+    def change(file):
+        file.variables[name][place] = value
+
+    return change
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        set_value("stress", 3, 0.25),
+        set_value("single", ..., np.nextafter(0.1, 1)),
+        set_value("count", 0, 1),
+        set_value("wall", 1, "middle"),
+        lambda file: file.setncattr("particles", 8),
+        lambda file: file.setncattr("history", "long ago"),
+        lambda file: file.setncattr("added", "word"),
+        lambda file: file.delncattr("title"),
+        lambda file: file.variables["stress"].setncattr("units", "Pa"),
+        lambda file: file.renameVariable("far", "near"),
+        lambda file: file.setncattr(CONTENT_DIGEST, "0" * 64),
+        lambda file: file.delncattr(RECORD_DIGEST),
+    ],
+)
+def test_an_altered_file_is_refused(written, change):
+    altered(written, change)
+    assert "sha256" in refusal(written)
+
+
+def test_a_file_without_digests_is_refused(written):
+    bare = xr.load_dataset(written)
+    for key in (CONTENT_DIGEST, RECORD_DIGEST):
+        del bare.attrs[key]
+    bare.to_netcdf(written)
+    assert "is missing" in refusal(written)
+
+
+def test_the_same_content_has_the_same_digest_whenever_it_is_written(written, dataset, tmp_path):
+    first = read_dataset(written, stage="toy").attrs
+    other = tmp_path / "later.nc"
+    names = reversed(list(dataset.variables))
+    shuffled = xr.Dataset({name: dataset.variables[name] for name in names}, attrs=dataset.attrs)
+    shuffled = shuffled.assign_attrs(provenance="elsewhere")
+    write_dataset(shuffled, other, stage="toy", run="abc", title="A run")
+    second = read_dataset(other, stage="toy").attrs
+    assert first[CONTENT_DIGEST] == second[CONTENT_DIGEST]
+    assert first[RECORD_DIGEST] != second[RECORD_DIGEST]
+
+
+def test_byte_order_is_no_content(dataset):
+    swapped = dataset.assign(stress=("time", dataset["stress"].values.astype(">f8")))
+    swapped["stress"].attrs = dataset["stress"].attrs
+    assert digests(swapped) == digests(dataset)
+    narrow = dataset.assign(stress=dataset["stress"].astype(np.float32))
+    narrow["stress"].attrs = dataset["stress"].attrs
+    assert digests(narrow) != digests(dataset)
+
+
+def test_what_does_not_read_back_is_not_kept(written, dataset, monkeypatch):
+    before = written.read_bytes()
+    to_netcdf = xr.Dataset.to_netcdf
+
+    def careless(self, path, **others):
+        return to_netcdf(self.assign(single=((), 0.3)), path, **others)
+
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", careless)
+    with pytest.raises(StorageError, match="does not fit what the file holds"):
+        write_dataset(dataset, written, stage="toy", run="new", title="Another")
+    assert written.read_bytes() == before

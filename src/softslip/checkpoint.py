@@ -70,8 +70,8 @@ class Header:
         Time of the state and of the end of the stage [time unit].
     step
         Steps since the stage began.
-    seconds
-        Wall-clock time of work so far.
+    seconds, core_seconds
+        Wall-clock and processor time of work so far.
     restarts
         How often the stage had been taken up again.
     written
@@ -87,6 +87,7 @@ class Header:
     end: float
     step: int
     seconds: float
+    core_seconds: float
     restarts: int
     written: float
     identity: Identity
@@ -130,7 +131,8 @@ class Checkpoints:
         self.newest = folder / f"{stem}{SUFFIX}"
         self.previous = folder / f"{stem}.previous{SUFFIX}"
         self._identity, self._say, self._required = identity, say, required
-        self._started, self._seconds, self._restarts = time.monotonic(), 0.0, 0
+        self._started, self._seconds = time.monotonic(), 0.0
+        self._core_seconds, self._restarts = 0.0, 0
 
     def load(self) -> Arrays | None:
         """Return the arrays of the newest sound checkpoint, None where there is none.
@@ -153,7 +155,8 @@ class Checkpoints:
                 path.unlink(missing_ok=True)
                 continue
             check_identity(path, header.identity, self._identity)
-            self._seconds, self._restarts = header.seconds, header.restarts + 1
+            self._seconds, self._core_seconds = header.seconds, header.core_seconds
+            self._restarts = header.restarts + 1
             self._say(f"going on from {path.name}: t = {header.time:g} of {header.end:g}")
             return arrays
         if self._required:
@@ -188,6 +191,7 @@ class Checkpoints:
             end=end,
             step=state.step,
             seconds=self._seconds + time.monotonic() - self._started,
+            core_seconds=self.core_seconds,
             restarts=self._restarts,
             written=time.time(),
             identity=identity,
@@ -206,6 +210,11 @@ class Checkpoints:
         """Remove both generations, of a run that is finished."""
         for path in (self.newest, self.previous):
             path.unlink(missing_ok=True)
+
+    @property
+    def core_seconds(self) -> float:
+        """Processor time of work so far, of earlier attempts up to their last checkpoint."""
+        return self._core_seconds + time.process_time()
 
     @property
     def restarts(self) -> int:

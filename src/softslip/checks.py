@@ -5,6 +5,8 @@ Values are checked once, here and by their own fields; below this module nobody 
 
 import math
 
+import numpy as np
+
 from softslip.derived import (
     EWALD_REACH,
     SPLIT_OVER_REGULARISATION,
@@ -314,7 +316,8 @@ def _check_snapshots(parameters: Tree) -> None:
 def _check_films(parameters: Tree) -> None:
     """Refuse materials so far from any real one that the film between membranes has no number."""
     try:
-        check_contacts(parameters)
+        with np.errstate(divide="raise", over="raise", invalid="raise"):
+            check_contacts(parameters)
     except (ArithmeticError, ValueError):
         steric = parameters.steric
         raise ConfigError(

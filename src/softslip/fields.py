@@ -201,7 +201,7 @@ def file_text(path: object) -> str:
 
 def key_text(key: object) -> str:
     """Return a key as an error message shows it, whatever it is."""
-    return _cut(printable(str(key)))
+    return _cut(" ".join(printable(str(key)).split()))
 
 
 def path_of(location: Iterable[int | str]) -> str:

@@ -93,6 +93,26 @@ def stage_paths(stage: str) -> tuple[str, ...]:
     return tuple(sorted({path for earlier in upto for path in _OWN_PATHS[earlier]}))
 
 
+def stage_parameters(parameters: Parameters, stage: str) -> str:
+    """Return the parameters that a stage depends on, as a JSON object with their groups.
+
+    Two runs that share a stage differ in others, which the stage's result must not know.
+
+    Raises
+    ------
+    ConfigError
+        When there is no such stage.
+    """
+    tree: dict[str, Any] = {}
+    for path in stage_paths(stage):
+        *groups, key = path.split(".")
+        group = tree
+        for name in groups:
+            group = group.setdefault(name, {})
+        group[key] = _canonical(value_at(parameters, path))
+    return json.dumps(tree, allow_nan=False)
+
+
 def stage_ids(parameters: Parameters) -> dict[str, str]:
     """Return the identity of each stage of a run with these parameters.
 

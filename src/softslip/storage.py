@@ -15,6 +15,8 @@ import xarray as xr
 
 import softslip
 from softslip.errors import DatasetError, StorageError
+from softslip.fields import file_text
+from softslip.schema import SCHEMAS, check_dataset
 
 REFERENCE = (
     "G. Jung and S. M. Fielding, Wall slip and bulk yielding in soft particle suspensions, "
@@ -73,7 +75,9 @@ def write_dataset(dataset: xr.Dataset, path: Path, *, stage: str, run: str, titl
             labelled.to_netcdf(temporary, engine="netcdf4", encoding=encoding)
             _check_digests(path, xr.load_dataset(temporary, engine="netcdf4"))
         except (OSError, RuntimeError, ValueError, DatasetError) as error:
-            raise StorageError(f"{path}: cannot be written ({_reason(error)})") from error
+            raise StorageError(
+                f"{file_text(path)}: cannot be written ({_reason(error)})"
+            ) from error
 
 
 def digests(dataset: xr.Dataset) -> dict[str, str]:
@@ -134,7 +138,7 @@ def _check_digests(path: Path, dataset: xr.Dataset) -> None:
         found = dataset.attrs.get(key)
         if found != wanted:
             state = "is missing" if found is None else "does not fit what the file holds"
-            raise DatasetError(f"{path}: {key} {state}; delete it and make it again")
+            raise DatasetError(f"{file_text(path)}: {key} {state}; delete it and make it again")
 
 
 def _reason(error: Exception) -> str:
@@ -173,7 +177,7 @@ def replacing(path: Path) -> Iterator[Path]:
         temporary.replace(path)
         _sync(path.parent)
     except OSError as error:
-        raise StorageError(f"{path}: cannot be written ({_reason(error)})") from error
+        raise StorageError(f"{file_text(path)}: cannot be written ({_reason(error)})") from error
     finally:
         if temporary is not None:
             temporary.unlink(missing_ok=True)
@@ -193,19 +197,31 @@ def read_dataset(path: Path, *, stage: str, run: str | None = None) -> xr.Datase
     Raises
     ------
     DatasetError
-        When the file is missing, unreadable or altered, or the result of another stage or run.
+        When the file is missing, unreadable or altered, the result of another stage or run, or not
+        what its stage writes.
     """
+    name = file_text(path)
+    # A pipe would be waited for, and nobody should be told to delete a folder or a device.
+    if os.path.lexists(path) and not path.is_file():
+        raise DatasetError(f"{name}: is not a file; give the file that the {stage} stage wrote")
     try:
-        dataset = xr.load_dataset(path, engine="netcdf4")
+        # From the top: the library takes ~ for the home folder.
+        dataset = xr.load_dataset(path.absolute(), engine="netcdf4")
     except FileNotFoundError:
-        raise DatasetError(f"{path}: not there; run the {stage} stage first") from None
+        raise DatasetError(f"{name}: not there; run the {stage} stage first") from None
     except (OSError, ValueError, RuntimeError) as error:
         raise DatasetError(
-            f"{path}: cannot be read ({error}); delete it and run the {stage} stage again"
+            f"{name}: cannot be read ({_reason(error)}); if it is a result, delete it and run the "
+            f"{stage} stage again"
         ) from error
     for key, wanted in (("stage", stage), ("run", run)):
         found = dataset.attrs.get(key)
         if wanted is not None and found != wanted:
-            raise DatasetError(f"{path}: is of {key} {found!r}, not {wanted!r}")
+            raise DatasetError(f"{name}: is of {key} {found!r}, not {wanted!r}")
     _check_digests(path, dataset)
+    if stage in SCHEMAS:
+        try:
+            check_dataset(dataset, stage)
+        except DatasetError as error:
+            raise DatasetError(f"{name}: {error}") from None
     return dataset

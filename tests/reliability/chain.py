@@ -38,8 +38,8 @@ SHORT = SCENARIO.replace("shear_time: 0.5", "shear_time: 0.2").replace(
 )
 """The same with fewer steps."""
 
-LONG = SCENARIO.replace("shear_time: 0.5", "shear_time: 30")
-"""The same with a shear of many seconds."""
+LONG = SCENARIO.replace("shear_time: 0.5", "shear_time: 10")
+"""The same with a shear of some seconds, so that it can be met at work."""
 
 STAGES = ("packing", "expansion", "ageing", "shear")
 KEPT = ("ageing", "shear")

@@ -1,6 +1,7 @@
 """What the commands share: their options, errors in one line, and the run that is meant."""
 
 import functools
+import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -10,6 +11,7 @@ import typer
 
 from softslip.accuracy import cheapest
 from softslip.errors import ConfigError, Interrupted, SoftslipError
+from softslip.fields import brief
 from softslip.parameters import Parameters
 from softslip.sweep import Scenario, StageRun
 
@@ -34,12 +36,42 @@ Results = Annotated[
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object, not a table.")]
 
 
+OUTPUTS = (".nc", ".png", ".svg", ".pdf")
+"""Suffixes of the files that commands write."""
+
+LONGEST_NAME = 255
+"""Longest name of a file on the usual file systems [byte]."""
+
+
+def check_output(path: Path) -> None:
+    """Refuse an output that cannot be written, or that would replace what no command has written.
+
+    Raises
+    ------
+    ConfigError
+        Before any work is done.
+    """
+    inside = next(folder for folder in path.absolute().parents if os.path.lexists(folder))
+    limits = {
+        "is no plain text": not str(path).isprintable(),
+        f"does not end in {', '.join(OUTPUTS[:-1])} or {OUTPUTS[-1]}": path.suffix not in OUTPUTS,
+        "has too long a name": len(os.fsencode(path.name)) > LONGEST_NAME,
+        "is there already and is no file": os.path.lexists(path) and not os.path.isfile(path),
+        "lies in what is no folder": not inside.is_dir(),
+    }
+    for limit, broken in limits.items():
+        if broken:
+            raise ConfigError("output", brief(str(path)), limit, "give a file such as out.nc")
+
+
 def one_line_errors(command: Callable[..., None]) -> Callable[..., None]:
     """Turn the errors that are meant for the user into one line and an exit status."""
 
     @functools.wraps(command)
     def guarded(*args: Any, **kwargs: Any) -> None:
         try:
+            if kwargs.get("output") is not None:
+                check_output(kwargs["output"])
             command(*args, **kwargs)
         except SoftslipError as error:
             print(f"{type(error).__name__}: {error}", file=sys.stderr)
@@ -60,7 +92,9 @@ def find_run(scenario: Scenario, stage: str, run: str) -> StageRun:
     found = [row for identity, row in table.items() if run and identity.startswith(run)]
     if len(found) != 1:
         limit = f"is the beginning of {len(found)} {stage} runs of scenario {scenario.name}"
-        raise ConfigError("run", run, limit, f"list them with: softslip runs {scenario.name}")
+        raise ConfigError(
+            "run", brief(run), limit, f"list them with: softslip runs {scenario.name}"
+        )
     return found[0]
 
 

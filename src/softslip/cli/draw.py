@@ -1,5 +1,6 @@
 """`softslip draw`: a figure from datasets."""
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
@@ -9,6 +10,9 @@ import xarray as xr
 
 from softslip.cli.common import Output, one_line_errors
 from softslip.errors import ConfigError
+from softslip.fields import brief
+from softslip.fingerprints import fingerprint
+from softslip.provenance import code, parents_of
 from softslip.storage import read_dataset
 
 app = typer.Typer()
@@ -45,10 +49,19 @@ def draw(
     from softslip import figures
 
     if figure not in FIGURES:
-        raise ConfigError("figure", figure, "is not a figure", f"use one of {', '.join(FIGURES)}")
+        raise ConfigError(
+            "figure", brief(figure), "is not a figure", f"use one of {', '.join(FIGURES)}"
+        )
     datasets = _datasets(figure, data)
     drawn = getattr(figures, figure)(*datasets)
-    figures.save_figure(drawn, output, {"title": figure, "run": datasets[0].attrs["run"]})
+    made_from = {
+        "title": figure,
+        "run": datasets[0].attrs["run"],
+        "parents": json.loads(parents_of(datasets)),
+        "fingerprint": fingerprint("draw"),
+        **code(),
+    }
+    figures.save_figure(drawn, output, made_from)
 
 
 def _datasets(figure: str, data: list[Path]) -> list[xr.Dataset]:

@@ -9,9 +9,13 @@ import typer
 import xarray as xr
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from softslip.cli.common import Output, Results, ScenarioName, one_line_errors, tell_choice
 from softslip.errors import ConfigError
+from softslip.fields import brief
+from softslip.fingerprints import fingerprint
+from softslip.provenance import Work, parents_of
 from softslip.reference import write_references
 from softslip.stages import STAGES
 from softslip.storage import read_dataset, write_dataset
@@ -45,11 +49,28 @@ def gather(
     """Gather the finished runs of a scenario into one dataset."""
     from softslip import observables
 
+    work = Work()
+
     if table not in TABLES:
-        raise ConfigError("table", table, "is not an analysis", f"use one of {', '.join(TABLES)}")
+        raise ConfigError(
+            "table", brief(table), "is not an analysis", f"use one of {', '.join(TABLES)}"
+        )
     loaded = load_scenario(scenario)
-    gathered = getattr(observables, table)(_finished(loaded, results))
-    write_dataset(gathered, output, stage=table, run=loaded.name, title=f"{table} of {loaded.name}")
+    # Of each run only what names it is kept: there may be thousands.
+    parents: list[xr.Dataset] = []
+
+    def noted() -> Iterator[tuple[dict[str, Any], xr.Dataset | None]]:
+        for labels, records in _finished(loaded, results):
+            if records is not None:
+                parents.append(xr.Dataset(attrs=records.attrs))
+            yield labels, records
+
+    gathered = getattr(observables, table)(noted())
+    labelled = gathered.assign_attrs(
+        parents=parents_of(parents),
+        provenance=work.provenance(parents, fingerprint=fingerprint("gather")),
+    )
+    write_dataset(labelled, output, stage=table, run=loaded.name, title=f"{table} of {loaded.name}")
 
 
 @app.command()
@@ -61,8 +82,12 @@ def fit(
     """Fit the flow law and the slip laws to a flow curve, and say which could be fitted."""
     from softslip import fits
 
+    work = Work()
     curve = read_dataset(flow_curve, stage="flow_curve")
-    laws = fits.fit_laws(curve)
+    laws = fits.fit_laws(curve).assign_attrs(
+        parents=parents_of([curve]),
+        provenance=work.provenance([curve], fingerprint=fingerprint("fit")),
+    )
     run = curve.attrs["run"]
     write_dataset(laws, output, stage="fits", run=run, title=f"fits of {run}")
     print(fits.summary(laws))
@@ -74,7 +99,7 @@ def runs(scenario: ScenarioName, results: Results = None) -> None:
     """List the runs of a scenario with the IDs of their stages; finished ones are ticked."""
     loaded = load_scenario(scenario)
     folder = results or Path("results") / loaded.name
-    table = Table(title=f"{loaded.name}: {loaded.description}")
+    table = Table(title=Text(f"{loaded.name}: {loaded.description}"))
     for axis in loaded.axes:
         table.add_column(axis.label)
     for stage in STAGES:

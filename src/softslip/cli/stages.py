@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -24,11 +25,13 @@ from softslip.fingerprints import fingerprint
 from softslip.interruption import interruptible
 from softslip.lock import run_lock
 from softslip.progress import progress_report
-from softslip.stages import STAGES
+from softslip.provenance import Work, parents_of
+from softslip.stages import STAGES, stage_parameters
 from softslip.storage import CONTENT_DIGEST, read_dataset, write_dataset
 from softslip.sweep import StageRun, load_scenario
 
 if TYPE_CHECKING:
+    from softslip.checkpoint import Checkpoints
     from softslip.keeper import Keeper
 
 app = typer.Typer()
@@ -42,11 +45,6 @@ Resume = Annotated[
 ]
 
 
-def _beside(output: Path) -> Path:
-    """Return the folder of what a stage's results need while they are worked on."""
-    return output.parent / "checkpoints"
-
-
 def _found(scenario: str, stage: str, run: str) -> StageRun:
     """Return a run, and say which settings its wanted accuracy has picked."""
     row = find_run(load_scenario(scenario), stage, run)
@@ -54,17 +52,71 @@ def _found(scenario: str, stage: str, run: str) -> StageRun:
     return row
 
 
-def _write_stage(dataset: xr.Dataset, row: StageRun, output: Path) -> None:
-    """Write a stage's result with what produced it."""
-    labelled = dataset.assign_attrs(
-        parameters=row.parameters.model_dump_json(),
-        parent=row.parent or "",
-        mean_radius=row.parameters.suspension.mean_radius,
-        area_fraction=row.parameters.suspension.area_fraction,
-    )
-    title = f"{row.stage} of a soft particle suspension"
-    write_dataset(labelled, output, stage=row.stage, run=row.id, title=title)
-    print(f"{row.stage} {row.id}: wrote {output}", file=sys.stderr)
+@dataclass
+class _Job:
+    """One attempt at a stage of a run.
+
+    Attributes
+    ----------
+    row
+        The run.
+    output
+        Where its result goes.
+    before
+        Result of the stage before, if there is one.
+    threads
+        Threads at most.
+    work
+        When it began.
+    checkpoints
+        Where it can be taken up again, if it can.
+    """
+
+    row: StageRun
+    output: Path
+    before: xr.Dataset | None = None
+    threads: int = 1
+    work: Work = field(default_factory=Work)
+    checkpoints: "Checkpoints | None" = None
+
+    @property
+    def folder(self) -> Path:
+        """Folder of what is needed while the run is worked on."""
+        return self.output.parent / "checkpoints"
+
+    @property
+    def parent(self) -> xr.Dataset:
+        """Result of the stage before."""
+        assert self.before is not None, f"{self.row.stage} comes first"
+        return self.before
+
+    def say(self, sentence: str) -> None:
+        """Tell people something about the run."""
+        print(f"{self.row.stage} {self.row.id}: {sentence}", file=sys.stderr, flush=True)
+
+    def write(self, dataset: xr.Dataset) -> None:
+        """Write the result with what produced it."""
+        row, parents = self.row, [] if self.before is None else [self.before]
+        kept = self.checkpoints
+        provenance = self.work.provenance(
+            parents,
+            fingerprint=fingerprint(row.stage),
+            seed=row.parameters.seed,
+            threads=self.threads,
+            restarts=kept.restarts if kept else 0,
+            core_seconds=kept.core_seconds if kept else None,
+        )
+        labelled = dataset.assign_attrs(
+            parameters=stage_parameters(row.parameters, row.stage),
+            parent=row.parent or "",
+            parents=parents_of(parents),
+            mean_radius=row.parameters.suspension.mean_radius,
+            area_fraction=row.parameters.suspension.area_fraction,
+            provenance=provenance,
+        )
+        title = f"{row.stage} of a soft particle suspension"
+        write_dataset(labelled, self.output, stage=row.stage, run=row.id, title=title)
+        self.say(f"wrote {self.output}")
 
 
 @app.command()
@@ -73,14 +125,18 @@ def packing(scenario: ScenarioName, run: RunName, output: Output) -> None:
     """Pack discs with LAMMPS."""
     from softslip.packing import pack
 
-    row = _found(scenario, "packing", run)
-    with run_lock(_beside(output), row.id), interruptible(at_once=True):
-        _write_stage(pack(row.parameters), row, output)
+    job = _Job(_found(scenario, "packing", run), output)
+    with run_lock(job.folder, job.row.id), interruptible(at_once=True):
+        job.write(pack(job.row.parameters))
 
 
-def _before(row: StageRun, parent: Path) -> xr.Dataset:
-    """Return the result of the stage before."""
-    return read_dataset(parent, stage=STAGES[STAGES.index(row.stage) - 1], run=row.parent)
+def _after(
+    scenario: str, stage: str, run: str, parent: Path, output: Path, threads: int = 1
+) -> _Job:
+    """Return the job of a stage that goes on from another."""
+    row = _found(scenario, stage, run)
+    before = read_dataset(parent, stage=STAGES[STAGES.index(stage) - 1], run=row.parent)
+    return _Job(row, output, before, threads)
 
 
 @app.command()
@@ -89,10 +145,9 @@ def expansion(scenario: ScenarioName, run: RunName, parent: Parent, output: Outp
     """Grow discs into membranes at the wanted area fraction."""
     from softslip.expansion import expand
 
-    row = _found(scenario, "expansion", run)
-    before = _before(row, parent)
+    job = _after(scenario, "expansion", run, parent, output)
     with (
-        run_lock(_beside(output), row.id),
+        run_lock(job.folder, job.row.id),
         interruptible(at_once=True),
         progress_report("expansion") as report,
     ):
@@ -100,34 +155,28 @@ def expansion(scenario: ScenarioName, run: RunName, parent: Parent, output: Outp
         def tell(part: float) -> None:
             report(round(1000 * part), 1000, part)
 
-        _write_stage(expand(before, row.parameters, tell), row, output)
+        job.write(expand(job.parent, job.row.parameters, tell))
 
 
 @contextmanager
-def _kept(
-    row: StageRun, before: xr.Dataset, output: Path, interval: float, resume: bool
-) -> Iterator["Keeper"]:
+def _kept(job: _Job, interval: float, resume: bool) -> Iterator["Keeper"]:
     """Lock a run and keep it while the block runs; when it has ended, checkpoints are removed."""
     from softslip.checkpoint import Checkpoints, Identity
     from softslip.keeper import Keeper
 
-    folder = _beside(output)
+    row = job.row
     identity = Identity(
         stage=row.stage,
         run=row.id,
-        parent=str(before.attrs[CONTENT_DIGEST]),
+        parent=str(job.parent.attrs[CONTENT_DIGEST]),
         fingerprint=fingerprint(row.stage),
         environment=environment(),
-        parameters=row.parameters.model_dump_json(),
+        parameters=stage_parameters(row.parameters, row.stage),
     )
-
-    def say(sentence: str) -> None:
-        print(f"{row.stage} {row.id}: {sentence}", file=sys.stderr, flush=True)
-
-    with run_lock(folder, row.id), interruptible(at_once=False) as interruption:
-        checkpoints = Checkpoints(folder, identity, say, required=resume)
-        yield Keeper(checkpoints, interruption, interval)
-        checkpoints.remove()
+    with run_lock(job.folder, row.id), interruptible(at_once=False) as interruption:
+        job.checkpoints = Checkpoints(job.folder, identity, job.say, required=resume)
+        yield Keeper(job.checkpoints, interruption, interval)
+        job.checkpoints.remove()
 
 
 @app.command()
@@ -144,13 +193,9 @@ def ageing(
     """Relax a packing at zero stress, with hydrodynamics."""
     from softslip.shear import age
 
-    row = _found(scenario, "ageing", run)
-    before = _before(row, parent)
-    with (
-        _kept(row, before, output, checkpoint_interval, resume) as keeper,
-        progress_report("ageing") as report,
-    ):
-        _write_stage(age(before, row.parameters, report, threads, keeper), row, output)
+    job = _after(scenario, "ageing", run, parent, output, threads)
+    with _kept(job, checkpoint_interval, resume) as keeper, progress_report("ageing") as report:
+        job.write(age(job.parent, job.row.parameters, report, threads, keeper))
 
 
 @app.command(name="shear")
@@ -167,10 +212,6 @@ def shear_command(
     """Shear an aged packing under constant stress or shear rate."""
     from softslip.shear import shear
 
-    row = _found(scenario, "shear", run)
-    before = _before(row, parent)
-    with (
-        _kept(row, before, output, checkpoint_interval, resume) as keeper,
-        progress_report("shear") as report,
-    ):
-        _write_stage(shear(before, row.parameters, report, threads, keeper), row, output)
+    job = _after(scenario, "shear", run, parent, output, threads)
+    with _kept(job, checkpoint_interval, resume) as keeper, progress_report("shear") as report:
+        job.write(shear(job.parent, job.row.parameters, report, threads, keeper))
