@@ -64,7 +64,7 @@ class Work:
         """Leave checkpoints of a run that is to go on to time 10; return the newest, previous."""
         by = code or fingerprint(stage)
         identity = Identity(stage, run, "0" * 64, by, "python", "{}")
-        clock = SimpleNamespace(monotonic=lambda: 0.0, time=lambda: 0.0)
+        clock = SimpleNamespace(monotonic=lambda: 0.0, time=lambda: 0.0, process_time=lambda: 0.0)
         with self._monkeypatch.context() as patch:
             patch.setattr("softslip.checkpoint.time", clock)
             checkpoints = Checkpoints(self.folder(stage), identity, lambda sentence: None)

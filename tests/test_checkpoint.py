@@ -1,5 +1,8 @@
 import dataclasses
+import hashlib
+import io
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -48,6 +51,16 @@ def test_a_state_comes_back_bit_for_bit(tmp_path):
         one, other = getattr(found, field.name), getattr(state(), field.name)
         assert np.array_equal(one, other) or field.name == "step"
         assert type(one) is type(other)
+
+
+def test_a_state_without_an_estimate_of_the_spectral_radius_comes_back():
+    """Its direction has no entries; any other number but the vector's is wrong."""
+    young = dataclasses.replace(state(), direction=np.zeros(0))
+    assert state_from(state_arrays(young), state()).direction.shape == (0,)
+    for size in (1, 25):
+        arrays = state_arrays(young) | {"direction": np.zeros(size)}
+        with pytest.raises(CheckpointError, match=rf"direction \({size},\)"):
+            state_from(arrays, state())
 
 
 def test_the_header_says_where_the_run_is(tmp_path):
@@ -105,11 +118,86 @@ def test_when_nothing_sound_is_left_it_is_said(tmp_path):
         required.load()
 
 
-def test_another_schema_is_refused(tmp_path):
+@pytest.mark.parametrize("schema", [b"0", b"2"])
+def test_another_schema_is_refused(tmp_path, schema):
     newest = written(tmp_path).newest
-    newest.write_bytes(newest.read_bytes().replace(b"checkpoint 1 ", b"checkpoint 2 ", 1))
-    with pytest.raises(CheckpointError, match="schema '2', not 1"):
+    newest.write_bytes(newest.read_bytes().replace(b"checkpoint 1 ", b"checkpoint %b " % schema, 1))
+    with pytest.raises(CheckpointError, match=f"schema '{schema.decode()}', not 1"):
         read_header(newest)
+
+
+def test_a_first_line_with_more_on_it_is_refused(tmp_path):
+    newest = written(tmp_path).newest
+    newest.write_bytes(newest.read_bytes().replace(b"\n", b" more\n", 1))
+    with pytest.raises(CheckpointError, match="no checkpoint, or damaged"):
+        read_header(newest)
+
+
+def test_no_byte_of_the_header_and_few_of_the_arrays_can_change_unseen(tmp_path):
+    checkpoints = written(tmp_path)
+    content = checkpoints.newest.read_bytes()
+    header = content.index(b"\n", content.index(b"\n") + 1)
+    for place in (*range(header), *range(header, len(content), 16)):
+        damaged = bytearray(content)
+        damaged[place] ^= 1
+        checkpoints.newest.write_bytes(damaged)
+        assert checkpoints.load() is None, f"byte {place} of {len(content)}"
+
+
+def test_without_the_newest_the_one_before_counts(tmp_path):
+    """As after a kill between the two renames of `save`."""
+    checkpoints = written(tmp_path, generations=2)
+    checkpoints.newest.unlink()
+    again, said = said_by(tmp_path)
+    assert int(again.load()["step"]) == 0
+    assert "going on from" in said[0]
+
+
+def test_one_generation_alone_is_removed_too(tmp_path):
+    written(tmp_path).remove()
+    assert not list(tmp_path.iterdir())
+
+
+def test_times_of_work_add_up_over_restarts(tmp_path, monkeypatch):
+    clock = SimpleNamespace(monotonic=lambda: 100.0, process_time=lambda: 0.5, time=lambda: 5e8)
+    monkeypatch.setattr("softslip.checkpoint.time", clock)
+    first, _ = said_by(tmp_path)
+    clock.monotonic, clock.process_time = (lambda: 130.0), (lambda: 7.0)
+    first.save(state_arrays(state()), state(), 2.0)
+    header = read_header(first.newest)
+    assert (header.seconds, header.core_seconds, header.written) == (30.0, 7.0, 5e8)
+    clock.monotonic, clock.process_time = (lambda: 10.0), (lambda: 0.5)
+    again, _ = said_by(tmp_path)
+    again.load()
+    clock.monotonic, clock.process_time = (lambda: 15.0), (lambda: 2.0)
+    again.save(state_arrays(state()), state(), 2.0)
+    later = read_header(again.newest)
+    assert (later.seconds, later.core_seconds, later.restarts) == (35.0, 9.0, 1)
+    assert again.core_seconds == 9.0
+
+
+def forged(checkpoints, rest):
+    """Put something in place of the arrays, with digests that are right."""
+    line = checkpoints.newest.read_bytes().split(b"\n")[1]
+    words = json.loads(line) | {"arrays": hashlib.sha256(rest).hexdigest()}
+    line = json.dumps(words).encode()
+    first = f"softslip-checkpoint 1 {hashlib.sha256(line).hexdigest()}".encode()
+    checkpoints.newest.write_bytes(b"\n".join((first, line, rest)))
+
+
+def pickled():
+    buffer = io.BytesIO()
+    np.savez(buffer, vector=np.array([{}], dtype=object))
+    return buffer.getvalue()
+
+
+@pytest.mark.parametrize("rest", [b"no arrays", b"PK\x03\x04 and no more", pickled()])
+def test_what_holds_no_plain_arrays_is_not_believed(tmp_path, rest):
+    checkpoints = written(tmp_path)
+    forged(checkpoints, rest)
+    again, said = said_by(tmp_path)
+    assert again.load() is None
+    assert "holds no arrays" in said[0]
 
 
 def test_a_pickle_is_not_opened(tmp_path):
@@ -119,15 +207,30 @@ def test_a_pickle_is_not_opened(tmp_path):
     assert not list(tmp_path.glob("*.checkpoint"))
 
 
-def test_the_key_that_differs_is_named():
-    seeds = dataclasses.replace(
-        IDENTITY, run="d" * 16, parameters=json.dumps({"wall": {"roughness": 0.3}, "seed": 1})
-    )
-    mine = dataclasses.replace(
-        seeds, run="e" * 16, parameters=json.dumps({"wall": {"roughness": 0.4}, "seed": 1})
-    )
-    with pytest.raises(CheckpointError, match=r"wall\.roughness is 0\.3, but this run has 0\.4"):
-        check_identity("x", seeds, mine)
+@pytest.mark.parametrize("runs", ["de", "ed"])
+@pytest.mark.parametrize(("found", "wanted"), [(0.3, 0.4), (0.4, 0.3)])
+def test_the_key_that_differs_is_named(runs, found, wanted):
+    def rough(run, roughness):
+        parameters = json.dumps({"wall": {"roughness": roughness}, "seed": 1})
+        return dataclasses.replace(IDENTITY, run=run * 16, parameters=parameters)
+
+    said = rf"wall\.roughness is {found}, but this run has {wanted}"
+    with pytest.raises(CheckpointError, match=said):
+        check_identity("x", rough(runs[0], found), rough(runs[1], wanted))
+
+
+@pytest.mark.parametrize("key", ["stage", "run", "parent", "fingerprint", "environment"])
+@pytest.mark.parametrize("values", [("0", "z"), ("z", "0")])
+def test_a_checkpoint_of_something_else_is_refused(key, values):
+    """Whatever parameters of other stages say meanwhile, unless it is the run that differs."""
+    found, wanted = (dataclasses.replace(IDENTITY, **{key: value}) for value in values)
+    said = f"x: {key} is '{values[0]}', but this run has '{values[1]}'"
+    with pytest.raises(CheckpointError, match=said):
+        check_identity("x", found, wanted)
+    if key != "run":
+        found = dataclasses.replace(found, parameters=json.dumps({"seed": 2}))
+        with pytest.raises(CheckpointError, match=said):
+            check_identity("x", found, wanted)
 
 
 def test_parameters_of_other_stages_do_not_count():
@@ -139,6 +242,8 @@ def test_parameters_of_other_stages_do_not_count():
     ("name", "value", "said"),
     [
         ("particle_nodes", np.asarray(6), "particle_nodes is 6, but this run has 5"),
+        ("particle_nodes", np.asarray(4), "particle_nodes is 4, but this run has 5"),
+        ("wall_nodes", np.asarray(2), "wall_nodes is 2, but this run has 3"),
         ("wall_nodes", np.asarray([3]), "wall_nodes"),
         ("vector", np.zeros(3), "shape"),
         ("vector", np.zeros(26, np.float32), "type float32"),
@@ -161,6 +266,13 @@ def test_a_state_out_of_range_is_refused(name, value, said):
     else:
         arrays[name] = value
     with pytest.raises(CheckpointError, match=said):
+        state_from(arrays, state())
+
+
+@pytest.mark.parametrize("size", [3, 25, 27])
+def test_a_vector_of_another_length_is_refused(size):
+    arrays = state_arrays(state()) | {"vector": np.zeros(size), "direction": np.zeros(0)}
+    with pytest.raises(CheckpointError, match=rf"shape \({size},\).* this run has \(26,\)"):
         state_from(arrays, state())
 
 

@@ -184,7 +184,8 @@ def test_a_new_statement_changes_exactly_the_stages_that_import_its_module(exten
         # Expansion grows chains by geometry alone, without the contact force of the later stages.
         ("softslip.growth", {"expansion"}),
         ("softslip.expansion", {"expansion"}),
-        ("softslip.kernels", {"expansion", "ageing", "shear"}),
+        ("softslip.compilation", {"expansion", "ageing", "shear"}),
+        ("softslip.kernels", {"ageing", "shear"}),
         ("softslip.neighbours", {"expansion", "ageing", "shear"}),
         ("softslip.steric", {"ageing", "shear"}),
         ("softslip.contacts", {"ageing", "shear"}),

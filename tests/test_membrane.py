@@ -314,12 +314,23 @@ def test_areas_do_not_depend_on_the_place(seed, order, far):
     assert there == pytest.approx(here, abs=30 * np.spacing(abs(far)))
 
 
-def test_an_order_without_a_stencil_is_refused():
+@given(seeds, orders)
+def test_areas_keep_their_digits_wherever_the_particle_is(seed, order):
+    """Nodes on a lattice of 2⁻¹² stay there to the last bit, even 2²⁴ away: and so the area."""
+    positions, offsets, _ = rings(seed)
+    positions = np.round(positions * 2**12) / 2**12
+    here = membrane_areas(positions, offsets, order)
+    for far in (2.0**24, -(2.0**24)):
+        assert membrane_areas(positions + far, offsets, order).tolist() == here.tolist()
+
+
+@pytest.mark.parametrize("order", [0, 1, 3, 4, 5, 8])
+def test_an_order_without_a_stencil_is_refused(order):
     ring = scenes.ellipse((0.0, 0.0), (1.0, 1.0), 12)
     for call in (
-        lambda: tension_of(ring, one(ring), np.ones(1), 4),
-        lambda: without_flux(ring, one(ring), 4, ring),
-        lambda: membrane_areas(ring, one(ring), 4),
+        lambda: tension_of(ring, one(ring), np.ones(1), order),
+        lambda: without_flux(ring, one(ring), order, ring),
+        lambda: membrane_areas(ring, one(ring), order),
     ):
         with pytest.raises(ValueError, match="2 or 6"):
             call()
@@ -356,7 +367,7 @@ def test_wrapping_moves_whole_membranes_by_whole_periods(seed):
         st.sampled_from([-1e-300, -1e-20, -1e-16, -0.0, 1.0, np.nextafter(1, 0), 3.0, -7.0]),
         st.floats(-1e6, 1e6),
     ),
-    st.sampled_from([1.0, 0.7, 0.2734375, 1 / 3, 0.1]),
+    st.sampled_from([1.0, 0.7, 0.2734375, 1 / 3, 0.1, 2.5]),
 )
 def test_wrapping_twice_is_wrapping_once(start, length):
     """Also just below zero, where adding a period rounds to the period itself."""
@@ -368,6 +379,27 @@ def test_wrapping_twice_is_wrapping_once(start, length):
     again = ring.copy()
     wrap_particles(again, one(ring), length)
     assert again.tobytes() == ring.tobytes()
+
+
+@given(seeds)
+def test_wrapping_rounds_once(seed):
+    """One subtraction of all periods: on a detour over another period nodes would lose digits."""
+    positions, offsets, _ = rings(seed)
+    length = 0.75
+    wrapped = positions.copy()
+    wrap_particles(wrapped, offsets, length)
+    for first, end in pairwise(offsets):
+        shift = length * np.floor(positions[first, 0] / length)
+        assert wrapped[first:end, 0].tolist() == (positions[first:end, 0] - shift).tolist()
+
+
+def test_wrapping_ends_where_the_quotient_rounds_to_zero():
+    """The smallest negative number, over a period above 1, is no whole number of periods off."""
+    ring = scenes.ellipse((0.0, 0.0), (0.05, 0.05), 12)
+    ring[0, 0] = -5e-324
+    assert np.floor(ring[0, 0] / 3.0) == 0
+    wrap_particles(ring, one(ring), 3.0)
+    assert ring[0, 0] == 0.0
 
 
 @pytest.mark.parametrize("lost", [np.nan, np.inf, -np.inf])

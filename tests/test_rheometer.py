@@ -171,6 +171,19 @@ def test_printed_control_starts_from_the_whole_stress_on_the_tethers():
     assert not state.tether.any(), "loading changed the state it was given"
 
 
+def test_printed_acceleration_balances_the_printed_equation():
+    """Eq. 26 over L_x, K_w being per unit length: η (V̂₁' + V̂₂')/(L_y - H) = -K_w (V̄ - V̂)."""
+    box, viscosity, stiffness = Box(0.7, 0.44, 0.9), 1.7, 11.0
+    speed, ahead = np.array([-0.2, 0.5]), 0.03
+    rate = rheometer.printed_acceleration(speed, speed + ahead, box, viscosity, stiffness)
+    left = viscosity * rate.sum() / (box.period - box.height)
+    assert left == pytest.approx(-stiffness * ahead, rel=1e-13)
+    lower = rheometer.printed_acceleration(
+        speed, speed + np.array([ahead, 0.0]), box, viscosity, stiffness
+    )
+    assert lower.tolist() == [pytest.approx(rate[0], rel=1e-13), 0.0], "one wall drives the other"
+
+
 @pytest.mark.parametrize("traction", [float("nan"), float("inf")])
 def test_a_traction_that_is_no_number_is_refused(traction):
     with pytest.raises(NumericalError, match=r"traction\[0\] at step 12: .*smaller"):

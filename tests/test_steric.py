@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from softslip.derived import contact_strength
 from softslip.neighbours import find_pairs
 from softslip.sections import REFERENCE_MESH_SIZE, REFERENCE_NODE_SPACING
-from softslip.steric import add_contacts
+from softslip.steric import add_contacts, closing_rate
 
 RANGE = 9 * REFERENCE_MESH_SIZE
 LENGTH = 6 * RANGE
@@ -274,3 +274,38 @@ def test_nothing_to_touch_means_an_infinite_film():
     forces, film = contacts(np.zeros((1, 2)), np.zeros(1, np.int64), np.ones(1), "energy")
     assert film == np.inf
     assert not forces.any()
+
+
+def closing(positions, body, velocities):
+    pairs = find_pairs(positions, body, 4, LENGTH, 1.2 * RANGE)
+    return closing_rate(positions, velocities, *pairs, LENGTH, RANGE)
+
+
+@given(seeds)
+def test_closing_rate_is_its_numpy_twin(seed):
+    """-(d/dt) ln r = -(r·v)/r² of every pair within the range, and 0 where all films open."""
+    positions, body, _ = scattered(seed)
+    velocities = scenes.generator(seed, 3).standard_normal(positions.shape)
+    first, second = twins.close_pairs(positions, body, 4, LENGTH, RANGE)
+    arm = positions[second] - positions[first]
+    arm[:, 0] = twins.minimum_image(arm[:, 0], LENGTH)
+    parting = np.sum(arm * (velocities[second] - velocities[first]), axis=1)
+    rates = -parting / np.sum(arm**2, axis=1)
+    assert closing(positions, body, velocities) == pytest.approx(max(rates.max(), 0), rel=1e-12)
+    assert closing(positions, body, -velocities) == pytest.approx(max(-rates.min(), 0), rel=1e-12)
+
+
+def test_films_that_open_do_not_close():
+    positions = np.array([[0.0, 0.0], [0.3 * RANGE, 0.4 * RANGE]])
+    away = np.array([[0.0, 0.0], [3 * RANGE, 4 * RANGE]])
+    assert closing(positions, np.array([0, 1]), away) == 0.0
+    assert closing(positions, np.array([0, 1]), -away) == pytest.approx(10.0, rel=1e-13)
+
+
+@pytest.mark.parametrize("apart", [1.0, 1.0 + 1e-12, 1.1])
+def test_films_at_and_beyond_the_range_do_not_count(apart):
+    positions = np.array([[0.0, 0.0], [0.0, apart * RANGE]])
+    nearing = np.array([[0.0, 0.0], [0.0, -1.0]])
+    assert closing(positions, np.array([0, 1]), nearing) == 0.0
+    positions[1, 1] = 0.9 * RANGE
+    assert closing(positions, np.array([0, 1]), nearing) > 0.0

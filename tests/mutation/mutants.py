@@ -34,7 +34,11 @@ def source_of(mutation: MutationSpec) -> str | None:
     """Return the source of the mutated module, None where there is nothing to mutate."""
     operator = cosmic_ray.plugins.get_operator(mutation.operator_name)
     source = mutation.module_path.read_text(encoding="utf-8")
-    return mutate_code(source, operator(**mutation.operator_args), mutation.occurrence)
+    try:
+        return mutate_code(source, operator(**mutation.operator_args), mutation.occurrence)
+    except AttributeError:
+        # cosmic-ray cannot replace an exception that is named with its module, as in zipfile's.
+        return None
 
 
 class NoBehaviour(FilterApp):

@@ -46,6 +46,9 @@ COMPILED = {
 }
 """Tests of the modules that hold none, with the kernels compiled."""
 
+_ALIVE = TestOutcome.SURVIVED, TestOutcome.INCOMPETENT
+"""Outcomes that no test brought about."""
+
 
 def main() -> int:
     """Make mutants, run the tests on them and print the table."""
@@ -56,7 +59,6 @@ def main() -> int:
         mutants.make(session)
     with use_db(str(session), WorkDB.Mode.open) as database:
         if not options.report:
-            _forget_survivors(database, options.again)
             for group in (UNCOMPILED, COMPILED):
                 _run_group(database, group, options)
         print(table(database))
@@ -82,10 +84,10 @@ def _options() -> argparse.Namespace:
 def _run_group(database: WorkDB, group: dict[str, Selection], options: argparse.Namespace) -> None:
     """Run pending mutants of some modules in a process of their own, which compiles or not."""
     group = {name: group[name] for name in group if name in (options.modules or group)}
-    pending = [item for item in database.pending_work_items if _module(item) in group]
+    pending = [item for item in _pending(database, options.again) if _module(item) in group]
     if not pending:
         return
-    # Random, so that a run that is broken off leaves an even sample; sorted, as the database is not.
+    # Random, so that a run broken off leaves an even sample; sorted first, as the database is not.
     pending.sort(key=lambda item: _label(item.mutations[0]))
     random.Random(options.seed).shuffle(pending)
     pid = os.fork()
@@ -124,7 +126,7 @@ def _run_all(
         limits[name] = 3 + 2 * (time.process_time() - seconds)
     # For its grammar.
     mutants.source_of(pending[0].mutations[0])
-    # Each mutant's tests look for garbage twice, which should not be sought in what is common to all.
+    # Garbage, which each mutant's tests look for twice, is not in what all have in common.
     gc.freeze()
     deadline = time.monotonic() + 60 * options.minutes
     with use_db(str(session), WorkDB.Mode.open) as database:
@@ -196,19 +198,11 @@ def _result(said: str) -> WorkResult:
     return WorkResult(worker_outcome=WorkerOutcome.NORMAL, output=said, test_outcome=outcome)
 
 
-def _forget_survivors(database: WorkDB, again: bool) -> None:
-    # Those that were broken off count as not run.
-    kept = [
-        (job, result)
-        for job, result in list(database.results)
-        if not (again and result.test_outcome == TestOutcome.SURVIVED)
-    ]
-    items = list(database.work_items)
-    if len(kept) < database.num_results:
-        database.clear()
-        database.add_work_items(items)
-        for job, result in kept:
-            database.set_result(job, result)
+def _pending(database: WorkDB, again: bool) -> list[WorkItem]:
+    """Return the mutants that have not been run, and those to be run again."""
+    results = database.results
+    done = {job for job, result in results if not (again and result.test_outcome in _ALIVE)}
+    return [item for item in database.work_items if item.job_id not in done]
 
 
 def _module(item: WorkItem) -> str:
@@ -253,7 +247,7 @@ def _survivors(database: WorkDB) -> Iterator[str]:
     found = [
         (item.mutations[0], result.output)
         for item, result in database.completed_work_items
-        if result.test_outcome in (TestOutcome.SURVIVED, TestOutcome.INCOMPETENT)
+        if result.test_outcome in _ALIVE
     ]
     for mutation, output in sorted(found, key=lambda pair: _label(pair[0])):
         before = mutation.module_path.read_text(encoding="utf-8").splitlines()

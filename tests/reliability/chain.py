@@ -84,7 +84,7 @@ class Outcome:
         """Return its one line about an error of some kinds; anything else fails the test."""
         lines = self.said.splitlines()
         found = [line for line in lines if re.match(rf"({kind}): ", line)]
-        assert self.status == 1, f"status {self.status}: {self.said}"
+        assert self.status in (1, 2), f"status {self.status}: {self.said}"
         assert "Traceback" not in self.said, self.said
         assert len(found) == 1, self.said
         return found[0]

@@ -21,7 +21,9 @@ REFUSALS = "StorageError|LockedError"
 PAGE = 4096
 ROOM = 1 << 20
 
-FEW, MANY = pytest.param(3, id="few"), pytest.param(60, id="many", marks=pytest.mark.slow)
+SIZES = [pytest.param(stage, 2, id=f"{stage}-few") for stage in ("expansion", "ageing", FIGURE)] + [
+    pytest.param(stage, 24, id=f"{stage}-many", marks=pytest.mark.slow) for stage in ALL
+]
 
 
 def with_results(chain: Chain, folder: Path, stage: str) -> dict[Path, bytes]:
@@ -64,8 +66,7 @@ def check_refused(chain: Chain, folder: Path, stage: str, before: dict[Path, byt
     chain.check_folder(folder, stage, deaths=0)
 
 
-@pytest.mark.parametrize("count", [FEW, MANY])
-@pytest.mark.parametrize("stage", ALL)
+@pytest.mark.parametrize(("stage", "count"), SIZES)
 def test_a_file_that_may_not_grow(
     chain: Chain, tmp_path: Path, tally, stage: str, count: int
 ) -> None:
@@ -88,7 +89,8 @@ def test_a_file_that_may_not_grow(
                 counts["refused"] += 1
             chain.finish(folder, stage, *words)
             shutil.rmtree(folder)
-    assert counts["refused"] >= 2
+    assert counts["refused"] >= 1
+    assert counts["fitted"] >= 1
 
 
 @contextmanager
@@ -115,8 +117,7 @@ def fill(disk: Path, free: int) -> None:
         file.write(bytes(max(room.f_bavail * room.f_bsize // PAGE - free, 0) * PAGE))
 
 
-@pytest.mark.parametrize("count", [FEW, MANY])
-@pytest.mark.parametrize("stage", ALL)
+@pytest.mark.parametrize(("stage", "count"), SIZES)
 def test_a_disk_that_is_full(chain: Chain, tmp_path: Path, tally, stage: str, count: int) -> None:
     counts = tally("free pages of a full disk")
     before = with_results(chain, tmp_path / "before", stage)
@@ -190,6 +191,6 @@ def test_a_file_where_a_folder_should_be(chain: Chain, tmp_path: Path, tally, st
     target.parent.mkdir(parents=True, exist_ok=True)
     target.write_text("in the way")
     outcome = chain.run(tmp_path, stage)
-    outcome.refusal(REFUSALS)
+    outcome.refusal(f"{REFUSALS}|ConfigError")
     assert target.read_text() == "in the way"
     tally("files in place of folders")["refused"] += 1
