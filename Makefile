@@ -46,8 +46,9 @@ python3-venv:
 $(MUTATION)/.installed: $(INSTALLED) requirements-mutation.lock
 	@echo "Installing cosmic-ray in $(MUTATION)"
 	@$(PYTHON) -m venv --clear $(MUTATION)/venv
-	@echo "import site; site.addsitedir('$$(echo $(CURDIR)/$(VENV)/lib/python*/site-packages)')" \
-		| tee $(MUTATION)/venv/lib/python*/site-packages/environment.pth >/dev/null
+	@packages=$$(echo $(CURDIR)/$(VENV)/lib/python*/site-packages); \
+		cd $(MUTATION)/venv/lib/python*/site-packages && \
+		echo "import site; site.addsitedir('$$packages')" > environment.pth
 	@$(MUTATION)/venv/bin/pip --disable-pip-version-check -qq install \
 		--requirement requirements-mutation.lock
 	@touch $@
@@ -61,7 +62,7 @@ test: check ## run the checks and the fast tests
 reliability: env ## kill, fill and damage what runs depend on, at full size (1 h, 1 core)
 	@SOFTSLIP_RELIABILITY=results/reliability.json $(BIN)/pytest tests/reliability -m reliability
 
-mutation: $(MUTATION)/.installed ## let mutants of the equations meet their tests (1 h, 1 core)
+mutation: $(MUTATION)/.installed ## count the small faults that the tests notice (½ h, 1 core)
 	@$(MUTATION)/venv/bin/python tests/mutation/run.py --folder $(MUTATION) --fresh --survivors
 
 check: env ## check style, types, imports and workflow

@@ -74,7 +74,7 @@ def write_dataset(dataset: xr.Dataset, path: Path, *, stage: str, run: str, titl
         try:
             labelled.to_netcdf(temporary, engine="netcdf4", encoding=encoding)
             _check_digests(path, xr.load_dataset(temporary, engine="netcdf4"))
-        except (OSError, RuntimeError, ValueError, DatasetError) as error:
+        except (OSError, RuntimeError, ValueError, AttributeError, DatasetError) as error:
             raise StorageError(
                 f"{file_text(path)}: cannot be written ({_reason(error)})"
             ) from error
@@ -209,7 +209,8 @@ def read_dataset(path: Path, *, stage: str, run: str | None = None) -> xr.Datase
         dataset = xr.load_dataset(path.absolute(), engine="netcdf4")
     except FileNotFoundError:
         raise DatasetError(f"{name}: not there; run the {stage} stage first") from None
-    except (OSError, ValueError, RuntimeError) as error:
+    # What the library raises where a file is damaged has no common base; AttributeError is among it.
+    except Exception as error:
         raise DatasetError(
             f"{name}: cannot be read ({_reason(error)}); if it is a result, delete it and run the "
             f"{stage} stage again"

@@ -30,7 +30,7 @@ def deaths(chain: Chain, folder: Path, stage: str, words: tuple[object, ...]) ->
 @pytest.mark.parametrize(
     ("stage", "most"),
     [pytest.param(stage, None, marks=pytest.mark.slow) for stage in (*STAGES, FIGURE)]
-    + [("ageing", 8)],
+    + [("shear", 8)],
 )
 def test_killed_at_each_boundary(
     short_chain: Chain, tmp_path: Path, tally, stage: str, most: int | None
