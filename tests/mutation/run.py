@@ -9,6 +9,7 @@ import argparse
 import gc
 import os
 import random
+import shutil
 import sys
 import time
 import traceback
@@ -132,6 +133,7 @@ def _run_all(
     with use_db(str(session), WorkDB.Mode.open) as database:
         for item, said in _trials(pending, group, graph, limits, scratch, options, deadline):
             database.set_result(item.job_id, _result(said))
+    shutil.rmtree(scratch, ignore_errors=True)
 
 
 def _trials(
