@@ -209,7 +209,7 @@ def read_dataset(path: Path, *, stage: str, run: str | None = None) -> xr.Datase
         dataset = xr.load_dataset(path.absolute(), engine="netcdf4")
     except FileNotFoundError:
         raise DatasetError(f"{name}: not there; run the {stage} stage first") from None
-    # What the library raises where a file is damaged has no common base; AttributeError is among it.
+    # What the library raises for a damaged file has no common base; AttributeError is among it.
     except Exception as error:
         raise DatasetError(
             f"{name}: cannot be read ({_reason(error)}); if it is a result, delete it and run the "

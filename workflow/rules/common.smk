@@ -1,5 +1,6 @@
 # What all rules share: the scenario, where its results go, and who needs what.
 
+import atexit
 import os
 import sys
 from contextlib import ExitStack
@@ -56,6 +57,7 @@ RESULTS = f"results/{SCENARIO.name}"
 # Snakemake's own lock is a file that outlives a killed process (profiles/default leaves it out).
 # This one is freed by the system, so that the same command starts again at once.
 ALONE = ExitStack()
+atexit.register(ALONE.close)
 
 
 onstart:
