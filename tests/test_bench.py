@@ -3,17 +3,16 @@
 import json
 import math
 import re
-import shutil
 import subprocess
 import sys
 from dataclasses import replace
-from pathlib import Path
 
 import matplotlib
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from projects import copy_project
 from scipy.spatial import cKDTree
 from typer.testing import CliRunner
 
@@ -39,8 +38,6 @@ from softslip.geometry import particle_radii
 from softslip.membrane import membrane_areas
 from softslip.mobility.window import WIDTH
 from softslip.storage import read_dataset, write_dataset
-
-ROOT = Path(__file__).parents[1]
 
 SMALL, LEVEL = 24, "paper"
 
@@ -702,9 +699,7 @@ def test_a_level_that_there_is_not_ends_in_one_line():
 
 @pytest.mark.workflow
 def test_the_workflow_measures_only_when_asked(tmp_path):
-    for name in ("workflow", "config", "profiles"):
-        shutil.copytree(ROOT / name, tmp_path / name)
-    shutil.copy(ROOT / "Snakefile", tmp_path)
+    copy_project(tmp_path)
 
     def jobs(*words):
         command = [sys.executable, "-m", "snakemake", *words]

@@ -12,13 +12,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from projects import copy_project
 from typer.testing import CliRunner
 
 from softslip.cli import app
 from softslip.storage import read_dataset
 from softslip.sweep import load_scenario
-
-ROOT = Path(__file__).parents[1]
 
 TINY = """\
 description: A channel without particles, which is packed and grown at once.
@@ -291,10 +290,7 @@ def test_an_output_that_is_a_link_leaves_what_it_leads_to(folder: Path) -> None:
 @pytest.fixture
 def project(tmp_path: Path) -> Path:
     """Return a copy of what the workflow is made of, without any results."""
-    for name in ("workflow", "config", "profiles"):
-        shutil.copytree(ROOT / name, tmp_path / name)
-    shutil.copy(ROOT / "Snakefile", tmp_path)
-    return tmp_path
+    return copy_project(tmp_path)
 
 
 def snakemake(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:

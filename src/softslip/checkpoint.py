@@ -12,7 +12,7 @@ import math
 import os
 import time
 import zipfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -64,8 +64,6 @@ class Header:
 
     Attributes
     ----------
-    stage, run, fingerprint
-        See `Identity`.
     time, end
         Time of the state and of the end of the stage [time unit].
     step
@@ -80,9 +78,6 @@ class Header:
         Of the run that it belongs to.
     """
 
-    stage: str
-    run: str
-    fingerprint: str
     time: float
     end: float
     step: int
@@ -91,6 +86,21 @@ class Header:
     restarts: int
     written: float
     identity: Identity
+
+    @property
+    def stage(self) -> str:
+        """The stage that it is of."""
+        return self.identity.stage
+
+    @property
+    def run(self) -> str:
+        """The run that it is of."""
+        return self.identity.run
+
+    @property
+    def fingerprint(self) -> str:
+        """That of the code that it is of."""
+        return self.identity.fingerprint
 
 
 def read_header(path: Path) -> Header:
@@ -182,11 +192,7 @@ class Checkpoints:
         StorageError
             When it cannot be written; what was there before is still there.
         """
-        identity = self._identity
         header = Header(
-            stage=identity.stage,
-            run=identity.run,
-            fingerprint=identity.fingerprint,
             time=state.time,
             end=end,
             step=state.step,
@@ -194,7 +200,7 @@ class Checkpoints:
             core_seconds=self.core_seconds,
             restarts=self._restarts,
             written=time.time(),
-            identity=identity,
+            identity=self._identity,
         )
         content = _content(header, arrays)
         with replacing(self.newest) as temporary:
@@ -231,21 +237,15 @@ def check_identity(path: Path, found: Identity, wanted: Identity) -> None:
         Naming the first key that differs, parameters by their paths.
     """
     ours, theirs = asdict(wanted), asdict(found)
-    if ours == theirs or (ours["run"] == theirs["run"] and _alike(ours, theirs)):
-        return
     if ours["run"] != theirs["run"]:
         for key, value in _leaves(json.loads(ours["parameters"])).items():
             other = _leaves(json.loads(theirs["parameters"])).get(key)
             if other != value:
                 raise _mismatch(path, key, other, value)
+    # Parameters that the stage does not depend on, and are no part of the run's name, may differ.
     for key in ("stage", "run", "parent", "fingerprint", "environment"):
         if ours[key] != theirs[key]:
             raise _mismatch(path, key, theirs[key], ours[key])
-
-
-def _alike(ours: Mapping[str, Any], theirs: Mapping[str, Any]) -> bool:
-    # Parameters that the stage does not depend on, and are no part of the run's name, may differ.
-    return all(ours[key] == theirs[key] for key in ours if key != "parameters")
 
 
 def _mismatch(path: Path, key: str, found: object, wanted: object) -> CheckpointError:

@@ -14,7 +14,8 @@ import numpy as np
 import psutil
 import pytest
 import xarray as xr
-from chain import FIGURE, LONG, ROOT, SCENARIO, STAGES, Chain
+from chain import FIGURE, LONG, SCENARIO, STAGES, Chain
+from projects import copy_project
 
 from softslip.checkpoint import SUFFIX
 from softslip.storage import CONTENT_DIGEST
@@ -38,9 +39,7 @@ class Workflow:
 
     def __init__(self, folder: Path, scenario: str) -> None:
         self.folder = folder
-        for name in ("workflow", "profiles", "config"):
-            shutil.copytree(ROOT / name, folder / name)
-        shutil.copy(ROOT / "Snakefile", folder)
+        copy_project(folder)
         source = folder / "config" / "small.yaml"
         source.write_text(scenario)
         (run,) = load_scenario(str(source)).runs()

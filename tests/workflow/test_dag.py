@@ -1,14 +1,12 @@
 """What Snakemake would do, from dry runs."""
 
 import re
-import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-
-ROOT = Path(__file__).parents[2]
+from projects import copy_project
 
 pytestmark = pytest.mark.workflow
 
@@ -16,10 +14,7 @@ pytestmark = pytest.mark.workflow
 @pytest.fixture
 def copy(tmp_path: Path) -> Path:
     """Return a copy of what the workflow is made of, without any results."""
-    for name in ("workflow", "config", "profiles"):
-        shutil.copytree(ROOT / name, tmp_path / name)
-    shutil.copy(ROOT / "Snakefile", tmp_path)
-    return tmp_path
+    return copy_project(tmp_path)
 
 
 def snakemake(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:

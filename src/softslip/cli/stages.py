@@ -1,7 +1,7 @@
 """One command a stage: read the parent's result, run, write."""
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -179,6 +179,12 @@ def _kept(job: _Job, interval: float, resume: bool) -> Iterator["Keeper"]:
         job.checkpoints.remove()
 
 
+def _follow(job: _Job, follow: Callable[..., xr.Dataset], interval: float, resume: bool) -> None:
+    """Follow a packing through time, from where it was broken off if it was."""
+    with _kept(job, interval, resume) as keeper, progress_report(job.row.stage) as report:
+        job.write(follow(job.parent, job.row.parameters, report, job.threads, keeper))
+
+
 @app.command()
 @one_line_errors
 def ageing(
@@ -194,8 +200,7 @@ def ageing(
     from softslip.shear import age
 
     job = _after(scenario, "ageing", run, parent, output, threads)
-    with _kept(job, checkpoint_interval, resume) as keeper, progress_report("ageing") as report:
-        job.write(age(job.parent, job.row.parameters, report, threads, keeper))
+    _follow(job, age, checkpoint_interval, resume)
 
 
 @app.command(name="shear")
@@ -213,5 +218,4 @@ def shear_command(
     from softslip.shear import shear
 
     job = _after(scenario, "shear", run, parent, output, threads)
-    with _kept(job, checkpoint_interval, resume) as keeper, progress_report("shear") as report:
-        job.write(shear(job.parent, job.row.parameters, report, threads, keeper))
+    _follow(job, shear, checkpoint_interval, resume)

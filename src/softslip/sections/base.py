@@ -4,7 +4,9 @@ from collections.abc import Mapping
 from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic_core import ErrorDetails
 
+from softslip.errors import ConfigError
 from softslip.fields import refusal
 
 REFERENCE_MESH_SIZE = 1.0 / 8192.0
@@ -35,4 +37,9 @@ class Standalone(Section):
         try:
             return cls.model_validate(dict(values))
         except ValidationError as error:
-            raise refusal(cls, error.errors()[0]) from None
+            raise cls.refused(error.errors()[0]) from None
+
+    @classmethod
+    def refused(cls, detail: ErrorDetails) -> ConfigError:
+        """Return the error that one of pydantic's stands for, in one sentence."""
+        return refusal(cls, detail)

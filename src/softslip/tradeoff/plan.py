@@ -1,14 +1,13 @@
 """What the trade of speed for accuracy is measured over: scenes, settings, windows and lengths."""
 
-from collections.abc import Mapping
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, Strict, ValidationError
+from pydantic import Field, Strict
 from pydantic_core import ErrorDetails
 
 from softslip.errors import ConfigError
-from softslip.fields import brief, quantity, refusal
-from softslip.sections import Section
+from softslip.fields import brief, quantity
+from softslip.sections import Section, Standalone
 
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
@@ -89,7 +88,7 @@ class Steady(Section):
     )
 
 
-class Plan(Section):
+class Plan(Standalone):
     """Scenes, settings and windows; the defaults are those of the full size.
 
     ``null`` among the regularisation lengths is that of the paper's mesh at 1/8192, 0.86 dx.
@@ -193,33 +192,22 @@ class Plan(Section):
     steady: Steady = Steady()
 
     @classmethod
-    def of(cls, values: Mapping[str, Any]) -> Self:
-        """Return the plan of a mapping, as read from YAML.
-
-        Raises
-        ------
-        ConfigError
-            Naming the first offending key, its value, the limit and a remedy.
-        """
-        try:
-            return cls.model_validate(dict(values))
-        except ValidationError as error:
-            raise _refused(cls, error.errors()[0]) from None
+    def refused(cls, detail: ErrorDetails) -> ConfigError:
+        """Return the error as `Standalone` does; the names of variants are the user's."""
+        first, *rest = detail["loc"]
+        if first != "variants" or not rest:
+            return super().refused(detail)
+        key = ".".join(["variants", *(str(part) for part in rest if part != "[key]")])
+        limit = detail["msg"].replace("Input should", "must").replace("String should", "must")
+        keys = ", ".join(Variant.model_fields)
+        return ConfigError(
+            key,
+            brief(detail["input"]),
+            limit,
+            f"a variant has a name for a file and the keys {keys}",
+        )
 
     @property
     def window(self) -> tuple[int, int]:
         """Records of a member of full length, and of a short one."""
         return self.skipped + self.records, self.skipped + min(self.short_records, self.records)
-
-
-def _refused(root: type[Plan], detail: ErrorDetails) -> ConfigError:
-    """Turn one of pydantic's errors into one sentence; the names of variants are the user's."""
-    first, *rest = detail["loc"]
-    if first != "variants" or not rest:
-        return refusal(root, detail)
-    key = ".".join(["variants", *(str(part) for part in rest if part != "[key]")])
-    limit = detail["msg"].replace("Input should", "must").replace("String should", "must")
-    keys = ", ".join(Variant.model_fields)
-    return ConfigError(
-        key, brief(detail["input"]), limit, f"a variant has a name for a file and the keys {keys}"
-    )
