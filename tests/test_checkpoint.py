@@ -2,6 +2,7 @@ import dataclasses
 import hashlib
 import io
 import json
+import zipfile
 from types import SimpleNamespace
 
 import numpy as np
@@ -83,9 +84,14 @@ def test_two_generations_are_kept(tmp_path):
     assert read_header(checkpoints.newest).step == 2
     assert read_header(checkpoints.previous).step == 1
     assert len(list(tmp_path.iterdir())) == 2
-    checkpoints.remove()
-    assert not list(tmp_path.iterdir())
-    assert checkpoints.load() is None
+
+
+def test_only_the_newest_outlives_the_run(tmp_path):
+    checkpoints = written(tmp_path, generations=2)
+    checkpoints.finish()
+    assert [*tmp_path.iterdir()] == [checkpoints.newest]
+    checkpoints.finish()
+    assert [*tmp_path.iterdir()] == [checkpoints.newest]
 
 
 @given(st.data())
@@ -153,9 +159,31 @@ def test_without_the_newest_the_one_before_counts(tmp_path):
     assert "going on from" in said[0]
 
 
-def test_one_generation_alone_is_removed_too(tmp_path):
-    written(tmp_path).remove()
-    assert not list(tmp_path.iterdir())
+def test_one_generation_alone_outlives_the_run_whichever_it_is(tmp_path):
+    """As after a kill between the two renames of `save`."""
+    checkpoints = written(tmp_path)
+    checkpoints.newest.replace(checkpoints.previous)
+    checkpoints.finish()
+    assert [*tmp_path.iterdir()] == [checkpoints.previous]
+
+
+def test_one_of_another_parent_is_passed_over_and_said_so(tmp_path):
+    checkpoints = written(tmp_path, generations=2)
+    other = dataclasses.replace(IDENTITY, parent="f" * 64)
+    again, said = said_by(tmp_path, identity=other)
+    assert again.load() is None
+    assert said == [f"{checkpoints.newest.name} began with another parent; the stage begins again"]
+    required, _ = said_by(tmp_path, required=True, identity=other)
+    with pytest.raises(CheckpointError, match="parent is 'b"):
+        required.load()
+
+
+def test_no_other_difference_hides_behind_another_parent(tmp_path):
+    written(tmp_path)
+    other = dataclasses.replace(IDENTITY, parent="f" * 64, environment="python 2")
+    again, _ = said_by(tmp_path, identity=other)
+    with pytest.raises(CheckpointError, match="parent is 'b"):
+        again.load()
 
 
 def test_times_of_work_add_up_over_restarts(tmp_path, monkeypatch):
@@ -191,7 +219,14 @@ def pickled():
     return buffer.getvalue()
 
 
-@pytest.mark.parametrize("rest", [b"no arrays", b"PK\x03\x04 and no more", pickled()])
+def hollow():
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        archive.writestr("vector.npy", b"")
+    return buffer.getvalue()
+
+
+@pytest.mark.parametrize("rest", [b"no arrays", b"PK\x03\x04 and no more", pickled(), hollow()])
 def test_what_holds_no_plain_arrays_is_not_believed(tmp_path, rest):
     checkpoints = written(tmp_path)
     forged(checkpoints, rest)

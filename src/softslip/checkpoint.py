@@ -14,7 +14,7 @@ import time
 import zipfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -147,7 +147,8 @@ class Checkpoints:
     def load(self) -> Arrays | None:
         """Return the arrays of the newest sound checkpoint, None where there is none.
 
-        A damaged one is removed, so that it never takes the place of a sound one.
+        A damaged one is removed, so that it never takes the place of a sound one. One that began
+        with another parent is passed over: the parent has been made anew since.
 
         Raises
         ------
@@ -164,6 +165,9 @@ class Checkpoints:
                 self._say(f"{error}; it is removed")
                 path.unlink(missing_ok=True)
                 continue
+            if self._is_of_another_parent(header.identity):
+                self._say(f"{path.name} began with another parent; the stage begins again")
+                return None
             check_identity(path, header.identity, self._identity)
             self._seconds, self._core_seconds = header.seconds, header.core_seconds
             self._restarts = header.restarts + 1
@@ -212,10 +216,20 @@ class Checkpoints:
             if self.newest.exists():
                 self.newest.replace(self.previous)
 
-    def remove(self) -> None:
-        """Remove both generations, of a run that is finished."""
-        for path in (self.newest, self.previous):
-            path.unlink(missing_ok=True)
+    def finish(self) -> None:
+        """Remove all but the newest generation, of a run whose result is written.
+
+        Whoever started the run may have died meanwhile. Then Snakemake, started again, takes the
+        result for incomplete, removes it and asks for it anew: little of it is done twice.
+        """
+        if self.newest.exists():
+            self.previous.unlink(missing_ok=True)
+
+    def _is_of_another_parent(self, found: Identity) -> bool:
+        """Return whether a checkpoint is of this very run before its parent was made anew."""
+        ours = self._identity
+        like = replace(found, parent=ours.parent, parameters=ours.parameters)
+        return like == ours and found.parent != ours.parent and not self._required
 
     @property
     def core_seconds(self) -> float:
@@ -307,9 +321,14 @@ def _read(path: Path) -> tuple[Header, Arrays]:
         raise CheckpointError(f"{path}: is damaged (its arrays do not have their digest)")
     try:
         with np.load(io.BytesIO(rest), allow_pickle=False) as stored:
-            return header, {name: stored[name] for name in stored.files}
-    except (ValueError, zipfile.BadZipFile, KeyError) as error:
+            arrays = {name: stored[name] for name in stored.files}
+    except (ValueError, EOFError, zipfile.BadZipFile, KeyError) as error:
         raise CheckpointError(f"{path}: holds no arrays ({error})") from error
+    for name, array in arrays.items():
+        # A part in no format of NumPy's comes as it is.
+        if not isinstance(array, np.ndarray):
+            raise CheckpointError(f"{path}: holds no arrays ({name} is none)")
+    return header, arrays
 
 
 _STATE = {

@@ -17,7 +17,7 @@ import xarray as xr
 from chain import FIGURE, LONG, SCENARIO, STAGES, Chain
 from projects import copy_project
 
-from softslip.checkpoint import SUFFIX
+from softslip.checkpoint import SUFFIX, read_header
 from softslip.storage import CONTENT_DIGEST
 from softslip.sweep import load_scenario
 
@@ -67,6 +67,10 @@ class Workflow:
     def said(self) -> str:
         """What the latest Snakemake has said."""
         return (self.folder / "said").read_text()
+
+    def log(self, stage: str) -> str:
+        """Return what the latest job of a stage has said."""
+        return self.chain.output(self.results / "logs", stage).with_suffix(".log").read_text()
 
     def run(self) -> tuple[int, str]:
         """Run it to its end; return its exit status and what it said."""
@@ -192,9 +196,27 @@ def test_killed_alone_its_orphan_keeps_others_away(at_work, tally, turn: int) ->
     assert "is being worked on by process" in said
     counts["kept away"] += 1
     flow.wait_for_no_jobs()
-    # What the orphan has made is whole. Snakemake takes it for incomplete and asks for it anew.
+    # What the orphan has made is whole, and taken as it is.
     assert flow.chain.output(flow.results, "shear").exists()
     assert flow.finish() == expected
+    counts["finished"] += 1
+
+
+@pytest.mark.parametrize("turn", range(2))
+def test_killed_alone_the_work_of_its_orphan_is_not_lost(at_work, tally, turn: int) -> None:
+    """Snakemake takes the orphan's result for incomplete, removes it and asks for it anew."""
+    flow, process, expected = at_work
+    counts = tally("orphans that finish")
+    time.sleep(0.3 * turn)
+    process.kill()
+    process.wait()
+    counts["killed"] += 1
+    flow.wait_for_no_jobs()
+    assert flow.chain.output(flow.results, "shear").exists()
+    steps = read_header(next((flow.results / "shear").rglob(f"*{SUFFIX}"))).step
+    assert flow.finish() == expected
+    assert "going on from" in flow.log("shear"), "the work of the orphan is lost"
+    counts["steps kept"] += steps
     counts["finished"] += 1
 
 

@@ -12,7 +12,9 @@ from snakemake.utils import min_version
 from softslip.errors import ConfigError, SoftslipError
 from softslip.fingerprints import fingerprint
 from softslip.lock import run_lock
+from softslip.removal import removed
 from softslip.stages import STAGES
+from softslip.status import survey
 from softslip.sweep import load_scenario
 
 min_version("9.0")
@@ -65,6 +67,12 @@ onstart:
         ALONE.enter_context(run_lock(Path(RESULTS), "workflow"))
     except SoftslipError as error:
         raise WorkflowError(f"{RESULTS}: {error}") from None
+
+
+# Only now does Snakemake hold every result for complete: what made them is of no more use.
+onsuccess:
+    for _ in removed(Path(RESULTS), survey(SCENARIO, Path(RESULTS)).leftovers(), print):
+        pass
 
 
 ENVIRONMENT = "envs/softslip.yaml"

@@ -160,7 +160,7 @@ def expansion(scenario: ScenarioName, run: RunName, parent: Parent, output: Outp
 
 @contextmanager
 def _kept(job: _Job, interval: float, resume: bool) -> Iterator["Keeper"]:
-    """Lock a run and keep it while the block runs; when it has ended, checkpoints are removed."""
+    """Lock a run and keep it while the block runs; its last checkpoint outlives it for a while."""
     from softslip.checkpoint import Checkpoints, Identity
     from softslip.keeper import Keeper
 
@@ -176,7 +176,7 @@ def _kept(job: _Job, interval: float, resume: bool) -> Iterator["Keeper"]:
     with run_lock(job.folder, row.id), interruptible(at_once=False) as interruption:
         job.checkpoints = Checkpoints(job.folder, identity, job.say, required=resume)
         yield Keeper(job.checkpoints, interruption, interval)
-        job.checkpoints.remove()
+        job.checkpoints.finish()
 
 
 def _follow(job: _Job, follow: Callable[..., xr.Dataset], interval: float, resume: bool) -> None:

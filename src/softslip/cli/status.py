@@ -4,8 +4,6 @@ import json
 import shlex
 import sys
 import time
-from collections import defaultdict
-from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -18,12 +16,12 @@ from rich.table import Table
 from rich.text import Text
 
 from softslip.cli.common import AsJson, Results, ScenarioName, one_line_errors
-from softslip.errors import ConfigError, LockedError, StorageError
+from softslip.errors import ConfigError
 from softslip.stages import STAGES
 from softslip.sweep import Scenario, load_scenario
 
 if TYPE_CHECKING:
-    from softslip.status import Leftover, RunStatus, Survey
+    from softslip.status import RunStatus, Survey
 
 app = typer.Typer()
 
@@ -225,6 +223,7 @@ def clean(
     dry_run: DryRun = False,
 ) -> None:
     """Remove checkpoints that nobody needs any more, and what dead processes left behind."""
+    from softslip.removal import removed
     from softslip.status import survey
 
     loaded = load_scenario(scenario)
@@ -232,46 +231,11 @@ def clean(
     found = survey(loaded, folder).leftovers(everything)
     word = "would remove" if dry_run else "removed"
     count = total = 0
-    for file in found if dry_run else _removed(folder, found):
+    for file in found if dry_run else removed(folder, found, _tell):
         print(f"{word} {file.path.relative_to(folder)} ({decimal(file.size)}): {file.reason}")
         count, total = count + 1, total + file.size
     print(f"{word} {_counted(count, 'file')}, {decimal(total)} ({total} bytes)")
 
 
-def _removed(results: Path, found: "tuple[Leftover, ...]") -> Iterator["Leftover"]:
-    """Remove files, each under the lock of the run that it is of, and yield them."""
-    by_run: defaultdict[tuple[str, str], list[Leftover]] = defaultdict(list)
-    for file in found:
-        by_run[file.stage, file.run].append(file)
-    for (stage, run), files in by_run.items():
-        if not run:
-            yield from filter(_unlinked, files)
-            continue
-        try:
-            yield from _removed_of(results / stage, run, files)
-        except LockedError as error:
-            print(f"kept {_counted(len(files), 'file')} of {stage}: {error}", file=sys.stderr)
-
-
-def _removed_of(folder: Path, run: str, files: "list[Leftover]") -> Iterator["Leftover"]:
-    """Remove files of one run, whose lock is taken first and whose lock file goes last."""
-    from softslip.lock import claim, lock_path
-    from softslip.status import FINISHED, FOLDER
-
-    with claim(folder / FOLDER, run):
-        if not (folder / f"{run}.nc").exists():
-            # It is being made anew since it was looked at.
-            files = [file for file in files if file.reason != FINISHED]
-        yield from filter(_unlinked, files)
-        lock_path(folder / FOLDER, run).unlink(missing_ok=True)
-
-
-def _unlinked(file: "Leftover") -> bool:
-    """Remove a file, and return whether it was still there."""
-    try:
-        file.path.unlink()
-    except FileNotFoundError:
-        return False
-    except OSError as error:
-        raise StorageError(f"{file.path}: cannot be removed ({error.strerror})") from error
-    return True
+def _tell(sentence: str) -> None:
+    print(sentence, file=sys.stderr)
