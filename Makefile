@@ -8,16 +8,17 @@ PIP := $(BIN)/pip --disable-pip-version-check -qq
 LOCKED := $(VENV)/.locked
 INSTALLED := $(VENV)/.installed
 MUTATION := .mutation
+CRATE := .crate
 
 SNAKEFILES := Snakefile workflow
 SOURCES := src tests workflow
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run test reliability mutation check format lock clean
+.PHONY: help env run test reliability mutation crate-check check format lock clean
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "make %-11s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-11s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 env: $(INSTALLED) ## build the environment .venv
 
@@ -53,6 +54,14 @@ $(MUTATION)/.installed: $(INSTALLED) requirements-mutation.lock
 		--requirement requirements-mutation.lock
 	@touch $@
 
+# Apart from .venv: the validator wants another version of rich.
+$(CRATE)/.installed: requirements-crate.lock
+	@echo "Installing roc-validator in $(CRATE)"
+	@$(PYTHON) -m venv --clear $(CRATE)/venv
+	@$(CRATE)/venv/bin/pip --disable-pip-version-check -qq install \
+		--requirement requirements-crate.lock
+	@touch $@
+
 run: env ## run the workflow (CORES=2 SCENARIO=demo)
 	@$(BIN)/snakemake --cores $(CORES) --config scenario=$(SCENARIO)
 
@@ -64,6 +73,12 @@ reliability: env ## kill, fill and damage what runs depend on, at full size (1 h
 
 mutation: $(MUTATION)/.installed ## count the small faults that the tests notice (½ h, 1 core)
 	@$(MUTATION)/venv/bin/python tests/mutation/run.py --folder $(MUTATION) --fresh --survivors
+
+crate-check: env $(CRATE)/.installed ## hold research objects against their profiles (4 min)
+	@$(BIN)/python tests/crate/make.py $(CRATE) --cores $(CORES)
+	@$(CRATE)/venv/bin/python tests/crate/check.py --cache $(CRATE)/http \
+		$(CRATE)/whole.zip $(CRATE)/partial.zip
+	@$(CRATE)/venv/bin/python tests/crate/check.py --cache $(CRATE)/http --named $(CRATE)/named
 
 check: env ## check style, types, imports and workflow
 	@$(BIN)/ruff check --quiet $(SOURCES)
@@ -84,5 +99,5 @@ lock: env ## bring requirements.lock to the newest versions
 		--output-file requirements.lock pyproject.toml
 
 clean: ## remove the environment and the caches, but no results
-	@rm -rf $(VENV) $(MUTATION) build dist .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
+	@rm -rf $(VENV) $(MUTATION) $(CRATE) build dist .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
 	@find src tests workflow -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true

@@ -167,9 +167,10 @@ def test_one_generation_alone_outlives_the_run_whichever_it_is(tmp_path):
     assert [*tmp_path.iterdir()] == [checkpoints.previous]
 
 
-def test_one_of_another_parent_is_passed_over_and_said_so(tmp_path):
+@pytest.mark.parametrize("digit", ["0", "f"])
+def test_one_of_another_parent_is_passed_over_and_said_so(tmp_path, digit):
     checkpoints = written(tmp_path, generations=2)
-    other = dataclasses.replace(IDENTITY, parent="f" * 64)
+    other = dataclasses.replace(IDENTITY, parent=digit * 64)
     again, said = said_by(tmp_path, identity=other)
     assert again.load() is None
     assert said == [f"{checkpoints.newest.name} began with another parent; the stage begins again"]

@@ -13,6 +13,7 @@ from softslip.errors import DatasetError
 from softslip.fits import herschel_bulkley
 from softslip.geometry import polygon_area
 from softslip.observables import creep, flow_curve, profiles
+from softslip.stamps import check_figure
 from softslip.storage import read_dataset, write_dataset
 
 STRESSES, ROUGHNESSES = (0.05, 0.15, 0.3, 0.5), (0.0, 0.59)
@@ -205,9 +206,13 @@ def test_same_figure_gives_the_same_bytes(curve, tmp_path, suffix):
 
 def test_saved_figure_carries_its_metadata(curve, tmp_path):
     path = tmp_path / "deep" / "flow.png"
-    figures.save_figure(drawn(curve), path, {"runs": ["a1", "b2"], "scenario": "demo"})
+    labels = {"runs": ["a1", "b2"], "scenario": "demo"}
+    figures.save_figure(drawn(curve), path, labels, {"host": "here"})
+    found = check_figure(path)
+    assert {key: found[key] for key in labels} == labels
+    assert found["provenance"] == {"host": "here"}
     image = importlib.import_module("PIL.Image").open(path)
-    assert image.text["Description"] == '{"runs": ["a1", "b2"], "scenario": "demo"}'
+    assert image.text["Software"].startswith("softslip ")
     assert image.size[0] == pytest.approx(2100, abs=2)
 
 

@@ -136,7 +136,7 @@ def test_without_a_checkpoint_there_is_nothing_to_resume(tmp_path, aged):
         shear.shear(aged, parameters("euler, stress"), keeper=Keeper(checkpoints, Interruption()))
 
 
-@pytest.mark.parametrize("key", ["parent", "fingerprint", "environment", "stage", "run"])
+@pytest.mark.parametrize("key", ["fingerprint", "environment", "stage", "run"])
 def test_what_is_of_something_else_is_refused(tmp_path, aged, key):
     given = parameters("euler, stress")
     with pytest.raises(Interrupted):
@@ -148,6 +148,15 @@ def test_what_is_of_something_else_is_refused(tmp_path, aged, key):
         found.rename(tmp_path / f"{names[key]}.checkpoint")
     with pytest.raises(CheckpointError, match=f"{key} is .*, but this run has 'other'"):
         shear.shear(aged, given, keeper=keeper(tmp_path, identity=other))
+
+
+def test_with_another_parent_the_stage_begins_again(tmp_path, aged):
+    given = parameters("euler, stress")
+    with pytest.raises(Interrupted):
+        shear.shear(aged, given, keeper=keeper(tmp_path, 5))
+    other = dataclasses.replace(IDENTITY, parent="other")
+    again = shear.shear(aged, given, keeper=keeper(tmp_path, identity=other))
+    assert again.identical(shear.shear(aged, given))
 
 
 def test_threads_change_no_byte(aged):

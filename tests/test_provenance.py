@@ -21,7 +21,7 @@ def parent():
 
 
 def test_parents_are_named_with_what_they_held(parent):
-    (found,) = json.loads(parents_of([parent]))
+    (found,) = parents_of([parent])
     assert found == {
         "stage": "packing",
         "run": "a" * 16,
@@ -30,10 +30,11 @@ def test_parents_are_named_with_what_they_held(parent):
 
 
 def test_what_was_done_when_and_where_is_recorded(parent):
-    words = Work().provenance(
+    labels = Work().labels(
         [parent], fingerprint="f" * 16, seed=3, threads=2, restarts=4, core_seconds=5.5
     )
-    found = read_provenance({"provenance": words})
+    assert json.loads(labels["parents"]) == parents_of([parent])
+    found = read_provenance(labels)
     assert found["parent_records"] == [parent.attrs[RECORD_DIGEST]]
     assert (found["fingerprint"], found["seed"], found["threads"]) == ("f" * 16, 3, 2)
     assert (found["restarts"], found["core_seconds"]) == (4, 5.5)
@@ -45,7 +46,7 @@ def test_what_was_done_when_and_where_is_recorded(parent):
 
 
 def test_no_path_and_no_user_is_recorded():
-    words = Work().provenance()
+    words = json.dumps(Work().provenance(fingerprint="f" * 16))
     home = str(Path.home())
     user = os.environ.get("USER", "")
     assert str(provenance.ROOT) not in words

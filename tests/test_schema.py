@@ -17,7 +17,7 @@ from softslip.fits import fit_laws
 from softslip.observables import creep, flow_curve, profiles
 from softslip.packing import pack
 from softslip.schema import SCHEMAS, check_dataset
-from softslip.storage import write_dataset
+from softslip.storage import read_dataset, write_dataset
 
 STAGES = ("packing", "expansion", "ageing", "shear")
 TABLES = ("flow_curve", "creep", "profiles", "fits")
@@ -99,7 +99,7 @@ def datasets(aged, tmp_path_factory):
     for stage, dataset in found.items():
         path = folder / f"{stage}.nc"
         write_dataset(dataset, path, stage=stage, run="test", title="test")
-        found[stage] = xr.load_dataset(path, engine="netcdf4")
+        found[stage] = read_dataset(path, stage=stage, run="test")
     return found
 
 

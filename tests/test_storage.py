@@ -5,6 +5,7 @@ import scenes
 import xarray as xr
 
 import softslip
+from softslip.conventions import discovery
 from softslip.errors import DatasetError, StorageError
 from softslip.storage import (
     CONTENT_DIGEST,
@@ -58,11 +59,49 @@ def test_what_is_written_is_read_to_the_last_bit(written, dataset):
 
 def test_files_say_what_they_are(written):
     attributes = read_dataset(written, stage="toy").attrs
-    assert attributes["Conventions"].startswith("CF-")
+    assert attributes["Conventions"] == "CF-1.11, ACDD-1.3"
     assert (attributes["stage"], attributes["run"]) == ("toy", "abc")
     assert attributes["title"] == "A run"
     assert softslip.__version__ in attributes["source"]
-    assert {"history", "references"} <= set(attributes)
+    assert {"history", "references", "date_created"} <= set(attributes)
+    with netCDF4.Dataset(written) as file:
+        assert file.id == "softslip.toy.abc"
+        # No variable lies along the walls, whose labels are therefore the whole file's.
+        others = {*discovery("toy", "abc"), *attributes, "coordinates"}
+        assert set(file.ncattrs()) == others, "what others look for is in the file alone"
+
+
+def test_what_a_dataset_says_of_itself_goes_before_what_is_said_of_its_kind(dataset, tmp_path):
+    path = tmp_path / "run.nc"
+    told = dataset.assign_attrs(summary="its own words", stage="other", date_created="long ago")
+    write_dataset(told, path, stage="toy", run="abc", title="A run")
+    read = read_dataset(path, stage="toy")
+    assert read.attrs["summary"] == "its own words"
+    assert read.attrs["date_created"] != "long ago"
+
+
+def test_nothing_is_missing_from_a_coordinate(written):
+    with netCDF4.Dataset(written) as file:
+        assert "_FillValue" not in file["model_time"].ncattrs()
+        assert np.isnan(file["far"]._FillValue), "what is unknown is NaN, see the schema"
+
+
+def test_files_from_before_there_were_conventions_are_read(dataset, tmp_path):
+    path = tmp_path / "old.nc"
+    old = dataset.assign_attrs(stage="toy", run="abc", Conventions="CF-1.11")
+    old.assign_attrs(digests(old)).to_netcdf(path)
+    read = read_dataset(path, stage="toy", run="abc")
+    assert read["stress"].attrs["units"] == "stress unit"
+    assert read.drop_attrs().identical(dataset.drop_attrs())
+
+
+def test_names_that_only_files_have_are_refused(dataset, written):
+    before = written.read_bytes()
+    with pytest.raises(StorageError, match=r"run\.nc: cannot be written \(wall_label is a name"):
+        write_dataset(
+            dataset.assign(wall_label=1), written, stage="toy", run="abc", title="Another"
+        )
+    assert written.read_bytes() == before
 
 
 def test_writing_leaves_the_dataset_as_it_was(dataset, tmp_path):
@@ -73,7 +112,7 @@ def test_writing_leaves_the_dataset_as_it_was(dataset, tmp_path):
 
 def test_every_number_carries_a_checksum(written):
     with netCDF4.Dataset(written) as file:
-        for name in ("stress", "count", "far", "time"):
+        for name in ("stress", "count", "far", "model_time"):
             filters = file[name].filters()
             assert filters["fletcher32"], name
             assert filters["zlib"], name
@@ -188,12 +227,15 @@ def set_value(name, place, value):
         set_value("stress", 3, 0.25),
         set_value("single", ..., np.nextafter(0.1, 1)),
         set_value("count", 0, 1),
-        set_value("wall", 1, "middle"),
+        set_value("wall_label", 1, "middle"),
         lambda file: file.setncattr("particles", 8),
         lambda file: file.setncattr("history", "long ago"),
         lambda file: file.setncattr("added", "word"),
         lambda file: file.delncattr("title"),
         lambda file: file.variables["stress"].setncattr("units", "Pa"),
+        lambda file: file.variables["stress"].setncattr("model_units", "length unit"),
+        lambda file: file.variables["far"].setncattr("coverage_content_type", "coordinate"),
+        lambda file: file.setncattr("license", "none"),
         lambda file: file.renameVariable("far", "near"),
         lambda file: file.setncattr(CONTENT_DIGEST, "0" * 64),
         lambda file: file.delncattr(RECORD_DIGEST),
@@ -220,6 +262,13 @@ def test_the_same_content_has_the_same_digest_whenever_it_is_written(written, da
     shuffled = shuffled.assign_attrs(provenance="elsewhere")
     write_dataset(shuffled, other, stage="toy", run="abc", title="A run")
     second = read_dataset(other, stage="toy").attrs
+    assert first[CONTENT_DIGEST] == second[CONTENT_DIGEST]
+    assert first[RECORD_DIGEST] != second[RECORD_DIGEST]
+
+
+@pytest.mark.parametrize("key", ["date_created", "history", "provenance"])
+def test_when_and_where_is_no_content(dataset, key):
+    first, second = (digests(dataset.assign_attrs({key: words})) for words in ("one", "other"))
     assert first[CONTENT_DIGEST] == second[CONTENT_DIGEST]
     assert first[RECORD_DIGEST] != second[RECORD_DIGEST]
 

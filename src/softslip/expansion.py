@@ -221,7 +221,7 @@ def _dataset(
                 {"units": "length unit2", "long_name": "wanted area of each membrane"},
             ),
         },
-        coords={"axis": ["x", "y"]},
+        coords={"axis": ("axis", ["x", "y"], {"long_name": "component of a vector"})},
         attrs={
             "area_fraction": report.area_fraction,
             "largest_area_error": report.largest_area_error,

@@ -20,7 +20,7 @@ the modules that a stage imports anyway: the parameters' values name the run.
 
 import ast
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -43,8 +43,17 @@ ENTRIES: Mapping[str, tuple[str, ...]] = {
     "gather": ("softslip.observables", "softslip.sweep"),
     "fit": ("softslip.fits",),
     "draw": ("softslip.figures",),
+    "bench": ("softslip.bench",),
+    "validation": ("softslip.validation",),
+    "tradeoff": (
+        "softslip.tradeoff.scene",
+        "softslip.tradeoff.measure",
+        "softslip.tradeoff.steady",
+        "softslip.tradeoff.table",
+    ),
+    "stability": ("softslip.stability",),
 }
-"""Stages of a run, later products, and the modules that their commands call."""
+"""Stages of a run, later products, measurements, and the modules that their commands call."""
 
 DATA: Mapping[str, tuple[str, ...]] = {"softslip.figures.drawing": ("style.mplstyle",)}
 """Files of the package whose contents change what a module makes, as lines with # comments."""
@@ -92,7 +101,7 @@ def fingerprint(stage: str) -> str:
 
 def fingerprints() -> dict[str, str]:
     """Return the fingerprints of all stages and later products, in the order of `ENTRIES`."""
-    return {stage: code.fingerprint for stage, code in _code().items()}
+    return {stage: fingerprint(stage) for stage in ENTRIES}
 
 
 def modules_of(stage: str) -> tuple[str, ...]:
@@ -108,14 +117,8 @@ def modules_of(stage: str) -> tuple[str, ...]:
 
 def read_code() -> dict[str, Code]:
     """Return the code of all stages as it is on disk now; the functions above read it once."""
-    # Without a folder for its cache grimp writes nothing.
-    graph = grimp.build_graph(PACKAGE, exclude_type_checking_imports=True, cache_dir=None)
-    modules = {stage: _imported(graph, entries) for stage, entries in ENTRIES.items()}
-    lines = {module: _lines_of(module) for module in sorted(set().union(*modules.values()))}
-    return {
-        stage: Code(names, _digest("\n".join(lines[name] for name in names))[:DIGITS])
-        for stage, names in modules.items()
-    }
+    graph, lines_of = _graph(), cache(_lines_of)
+    return {stage: _read(stage, graph, lines_of) for stage in ENTRIES}
 
 
 def normal_form(source: bytes) -> str:
@@ -134,14 +137,26 @@ def normal_form(source: bytes) -> str:
 
 
 @cache
-def _code() -> Mapping[str, Code]:
-    return read_code()
-
-
 def _code_of(stage: str) -> Code:
     if stage not in ENTRIES:
         raise ValueError(f"stage {stage!r} has no fingerprint; use one of {', '.join(ENTRIES)}")
-    return _code()[stage]
+    return _read(stage, *_once())
+
+
+@cache
+def _once() -> tuple[grimp.ImportGraph, Callable[[str], str]]:
+    """Return what the code is read with, so that no module is parsed twice."""
+    return _graph(), cache(_lines_of)
+
+
+def _graph() -> grimp.ImportGraph:
+    # Without a folder for its cache grimp writes nothing.
+    return grimp.build_graph(PACKAGE, exclude_type_checking_imports=True, cache_dir=None)
+
+
+def _read(stage: str, graph: grimp.ImportGraph, lines_of: Callable[[str], str]) -> Code:
+    names = _imported(graph, ENTRIES[stage])
+    return Code(names, _digest("\n".join(map(lines_of, names)))[:DIGITS])
 
 
 def _imported(graph: grimp.ImportGraph, entries: tuple[str, ...]) -> tuple[str, ...]:

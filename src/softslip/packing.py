@@ -313,6 +313,6 @@ def _dataset(centre: FloatArray, radius: FloatArray, final_radius: FloatArray) -
                 length("radius of a disc of the particle's final area"),
             ),
         },
-        coords={"axis": ["x", "y"]},
+        coords={"axis": ("axis", ["x", "y"], {"long_name": "component of a vector"})},
         attrs={"discs": len(centre)},
     )

@@ -14,6 +14,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import psutil
 import xarray as xr
 
 from softslip.environment import environment
@@ -28,35 +29,56 @@ _WATCHED = ("src", "workflow", "config", "Snakefile", "pyproject.toml", "require
 """What counts when it is asked whether the code is that of its commit."""
 
 
-def parents_of(datasets: Iterable[xr.Dataset]) -> str:
-    """Return what a result was made from, as a JSON list that the same run gives again."""
+def parents_of(datasets: Iterable[xr.Dataset]) -> list[dict[str, str]]:
+    """Return what a result was made from, in words that the same run gives again."""
     keys = ("stage", "run", CONTENT_DIGEST)
-    return json.dumps([{key: str(each.attrs[key]) for key in keys} for each in datasets])
+    return [{key: str(each.attrs[key]) for key in keys} for each in datasets]
+
+
+def _process_began() -> datetime:
+    return datetime.fromtimestamp(psutil.Process().create_time(), UTC)
 
 
 @dataclass(frozen=True)
 class Work:
-    """What a command does, from when it is begun.
+    """What a command does.
 
     Attributes
     ----------
     started
-        When it began.
+        When it began: by default, when this process did, whose processor time counts.
     """
 
-    started: datetime = field(default_factory=lambda: datetime.now(UTC))
+    started: datetime = field(default_factory=_process_began)
+
+    def labels(
+        self, parents: Iterable[xr.Dataset] = (), *, fingerprint: str, **run: Any
+    ) -> dict[str, str]:
+        """Return the attributes of a dataset that say where it comes from, each as JSON.
+
+        Parameters
+        ----------
+        parents, fingerprint, run
+            See `provenance`.
+        """
+        read = list(parents)
+        told = self.provenance(read, fingerprint=fingerprint, **run)
+        return {
+            "parents": json.dumps(parents_of(read)),
+            "provenance": json.dumps(told, sort_keys=True),
+        }
 
     def provenance(
         self,
         parents: Iterable[xr.Dataset] = (),
         *,
-        fingerprint: str = UNKNOWN,
+        fingerprint: str,
         seed: int | None = None,
         threads: int = 1,
         restarts: int = 0,
         core_seconds: float | None = None,
-    ) -> str:
-        """Return all that differs between two runs of the same thing, as a JSON object.
+    ) -> dict[str, Any]:
+        """Return all that differs between two runs of the same thing.
 
         Parameters
         ----------
@@ -81,13 +103,11 @@ class Work:
             **code(),
             **machine(),
         }
-        if seed is not None:
-            found["seed"] = seed
-        return json.dumps(found, sort_keys=True)
+        return found if seed is None else found | {"seed": seed}
 
 
 def read_provenance(attributes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what `Work.provenance` wrote among a dataset's attributes, empty where it did not."""
+    """Return the `Work.provenance` among a dataset's attributes, empty where there is none."""
     found: dict[str, Any] = json.loads(str(attributes.get("provenance", "{}")))
     return found
 

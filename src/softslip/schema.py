@@ -146,6 +146,7 @@ DONE = ("status", "done")
 
 _SHARED = {"stress": "stress unit", "roughness": "1", "wall_separation": "length unit"}
 _STATUS = Variable((), "1", "word", words=("done", "missing"), swept=True)
+_RUN = Variable((), "1", "word", swept=True)
 _FLAG = Variable((), "1", "flag", swept=True)
 
 
@@ -175,6 +176,7 @@ FLOW_CURVE = Schema(
     "gather flow_curve again",
     {
         "status": _STATUS,
+        "run_id": _RUN,
         **_series("shear_rate_wall", "1 / time unit", known_where=DONE),
         **_series("shear_rate_bulk", "1 / time unit"),
         **_series("slip_velocity", "length unit / time unit"),
@@ -199,6 +201,7 @@ CREEP = Schema(
     "gather creep again",
     {
         "status": _STATUS,
+        "run_id": _RUN,
         "time": Variable(("time",), "time unit", above=0.0, increasing=True),
         # Unknown beyond the end of a run that is shorter than others.
         "shear_rate_wall": Variable(("time",), "1 / time unit", unknown=True, swept=True),
@@ -214,6 +217,7 @@ PROFILES = Schema(
     "gather profiles again",
     {
         "status": _STATUS,
+        "run_id": _RUN,
         "steady_wall": _FLAG,
         "normalised_position": Variable(("normalised_position",), "1", least=0.0, increasing=True),
         # Unknown where walls stand still, or no mesh line is at a wall.

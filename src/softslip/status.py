@@ -1,7 +1,8 @@
 """How far the runs of a scenario have come, told from their files and locks alone.
 
-A run of a stage is done where its dataset is there, running where its lock is held, stopped where
-a checkpoint is there that it would go on from, and missing otherwise. Nothing here writes.
+A run of a stage is done where its dataset is there, running where its lock is held, failed where
+its log ends in an error, stopped where a checkpoint is there that it would go on from, and missing
+otherwise. Nothing here writes.
 """
 
 import os
@@ -14,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from softslip.checkpoint import SUFFIX, Header, read_header
-from softslip.errors import CheckpointError, DatasetError
+from softslip.errors import CheckpointError, DatasetError, Interrupted
 from softslip.fingerprints import fingerprint
 from softslip.lock import HOLDER_SUFFIX, LOCK_SUFFIX, Holder, holder_of
 from softslip.stages import STAGES
@@ -23,7 +24,10 @@ from softslip.sweep import Scenario
 FOLDER = "checkpoints"
 """Folder of checkpoints and locks, beside the datasets of a stage."""
 
-STATES = ("done", "running", "stopped", "missing")
+LOGS = "logs"
+"""Folder of what the runs of each stage have said, beside the folders of the stages."""
+
+STATES = ("done", "running", "failed", "stopped", "missing")
 """What a run of a stage can be."""
 
 FINISHED = "its run is finished"
@@ -46,6 +50,10 @@ written the moment a signal comes."""
 _CHECKPOINT = re.compile(rf"([0-9a-f]+)\.([0-9a-f]+)(?:\.previous)?{re.escape(SUFFIX)}")
 _LOCK = re.compile(rf"([0-9a-f]+)(?:{re.escape(LOCK_SUFFIX)}|{re.escape(HOLDER_SUFFIX)})")
 _PART = re.compile(r"\.(?:([0-9a-f]{16})\.)?.+\.part")
+_ENDING = re.compile(r"(?:\w+\.)*(?:[A-Z]\w*(?:Error|Exception)|Interrupted)(?:: .*)?")
+
+_TAIL = 8192
+"""Bytes at the end of a log in which the error is looked for that ended the run."""
 
 
 @dataclass(frozen=True)
@@ -131,9 +139,11 @@ class RunStatus:
     holder
         Who works on it, None if nobody does.
     progress
-        Of a running or stopped one that has a checkpoint.
+        Of one that is not done and has a checkpoint to go on from.
     damaged
         Number of its checkpoints that cannot be used.
+    error
+        The line that a failed one ended with, empty for others.
     """
 
     stage: str
@@ -143,6 +153,24 @@ class RunStatus:
     holder: Holder | None
     progress: Progress | None
     damaged: int
+    error: str = ""
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """The result of one stage of a run, which is not looked into.
+
+    Attributes
+    ----------
+    path, size
+        Where it is, and its bytes.
+    changed
+        POSIX time of writing.
+    """
+
+    path: Path
+    size: int
+    changed: float
 
 
 @dataclass(frozen=True)
@@ -175,11 +203,12 @@ class _File:
 
 @dataclass(frozen=True)
 class _Listing:
-    """The files of one stage."""
+    """The files of one stage; datasets and logs by their runs."""
 
-    datasets: frozenset[str]
+    datasets: Mapping[str, _File]
     beside: tuple[_File, ...]
     parts: tuple[_File, ...]
+    logs: Mapping[str, _File]
 
 
 @dataclass(frozen=True)
@@ -195,11 +224,14 @@ class Survey:
     others
         Lock files that nobody holds, and files that were begun more than `PART_AGE` ago and
         never completed; none of a run that is being worked on.
+    datasets
+        Every dataset by its stage and run, those of runs that are not in the scenario included.
     """
 
     runs: tuple[RunStatus, ...]
     checkpoints: tuple[Checkpoint, ...]
     others: tuple[Leftover, ...]
+    datasets: Mapping[tuple[str, str], Dataset]
 
     def counts(self, stage: str) -> dict[str, int]:
         """Return how many runs of a stage are in each of `STATES`."""
@@ -214,13 +246,13 @@ class Survey:
     def leftovers(self, everything: bool = False) -> tuple[Leftover, ...]:
         """Return the files that nobody needs any more, none of a run that is being worked on.
 
-        They are stale checkpoints, and `others`; what a stopped run goes on from is left alone,
-        its lock included.
+        They are stale checkpoints, and `others`; what a stopped or failed run goes on from is left
+        alone, its lock included.
 
         Parameters
         ----------
         everything
-            Whether stopped runs shall begin anew: their checkpoints and locks count too.
+            Whether these runs shall begin anew: their checkpoints and locks count too.
         """
         states = {(run.stage, run.run): run.state for run in self.runs}
         found = []
@@ -229,8 +261,9 @@ class Survey:
             reason = file.stale or (UNWANTED if unwanted else "")
             if reason:
                 found.append(Leftover(file.path, file.size, file.stage, file.run, reason))
+        waiting = {(run.stage, run.run) for run in self.runs if run.progress is not None}
         for other in self.others:
-            waits = states.get((other.stage, other.run)) == "stopped"
+            waits = (other.stage, other.run) in waiting
             if everything or not (waits and other.reason == UNHELD):
                 found.append(other)
         # In the order in which they are removed, one lock after another.
@@ -259,21 +292,26 @@ def survey(scenario: Scenario, results: Path) -> Survey:
     """Return what the results of a scenario hold; see `status`."""
     runs: list[RunStatus] = []
     checkpoints: list[Checkpoint] = []
+    datasets: dict[tuple[str, str], Dataset] = {}
     others = [_leftover(file, "", "", UNCOMPLETED) for file in _files(results) if _is_old(file)]
     for stage in STAGES:
         folder = results / stage / FOLDER
-        listing = _list(results / stage)
+        listing = _list(results, stage)
         holders = _holders(folder, listing)
         coordinates = _shared_coordinates(scenario, stage)
-        classify = partial(_checkpoint, stage, frozenset(coordinates), listing.datasets, holders)
+        done = frozenset(listing.datasets)
+        classify = partial(_checkpoint, stage, frozenset(coordinates), done, holders)
         found = [each for each in map(classify, listing.beside) if each is not None]
         checkpoints += found
         usable = _by_run(found)
         for run, values in coordinates.items():
-            done = run in listing.datasets
-            runs.append(_run_status(stage, run, values, done, holders.get(run), usable))
+            runs.append(
+                _run_status(stage, run, values, listing, holders.get(run), usable.get(run, []))
+            )
+        for run, file in listing.datasets.items():
+            datasets[stage, run] = Dataset(file.path, file.size, file.changed)
         others += [each for each in _others(stage, listing) if each.run not in holders]
-    return Survey(tuple(runs), tuple(checkpoints), tuple(others))
+    return Survey(tuple(runs), tuple(checkpoints), tuple(others), datasets)
 
 
 def _files(folder: Path) -> Iterator[_File]:
@@ -293,15 +331,16 @@ def _files(folder: Path) -> Iterator[_File]:
         raise DatasetError(f"{folder}: cannot be read ({error.strerror})") from error
 
 
-def _list(folder: Path) -> _Listing:
+def _list(results: Path, stage: str) -> _Listing:
     # A run that ends meanwhile writes its dataset and then removes its checkpoints: seen in this
     # order it is never missing.
-    beside = tuple(_files(folder / FOLDER))
-    files = tuple(_files(folder))
+    beside = tuple(_files(results / stage / FOLDER))
+    files = tuple(_files(results / stage))
     return _Listing(
-        frozenset(file.path.stem for file in files if file.path.suffix == ".nc"),
+        {file.path.stem: file for file in files if file.path.suffix == ".nc"},
         beside,
         tuple(file for file in files + beside if _is_old(file)),
+        {file.path.stem: file for file in _files(results / LOGS / stage)},
     )
 
 
@@ -378,19 +417,45 @@ def _run_status(
     stage: str,
     run: str,
     coordinates: Mapping[str, Any],
-    done: bool,
+    listing: _Listing,
     holder: Holder | None,
-    usable: Mapping[str, list[Checkpoint]],
+    files: list[Checkpoint],
 ) -> RunStatus:
-    files = usable.get(run, [])
     headers = [file.header for file in files if file.header is not None]
-    state = "done" if done else "stopped" if headers else "missing"
+    error = ""
     if holder is not None:
         state = "running"
+    elif run in listing.datasets:
+        state = "done"
+    else:
+        error = _error(listing.logs.get(run), headers)
+        state = "failed" if error else "stopped" if headers else "missing"
     progress = _progress(headers, holder is not None) if headers else None
-    return RunStatus(
-        stage, run, coordinates, state, holder, progress, damaged=len(files) - len(headers)
-    )
+    damaged = len(files) - len(headers)
+    return RunStatus(stage, run, coordinates, state, holder, progress, damaged, error)
+
+
+def _error(log: _File | None, headers: list[Header]) -> str:
+    """Return the line with which a run says that it failed, empty where it did not.
+
+    One that a signal stopped says so and did not fail, and one that was killed says nothing. An
+    error that is older than a checkpoint is that of an earlier attempt.
+    """
+    written = max((header.written for header in headers), default=0.0)
+    if log is None or not log.size or log.changed < written:
+        return ""
+    try:
+        with log.path.open("rb") as file:
+            file.seek(max(log.size - _TAIL, 0))
+            tail = file.read().decode(errors="replace")
+    except FileNotFoundError:
+        return ""  # Its run has begun again meanwhile.
+    except OSError as error:
+        raise DatasetError(f"{log.path}: cannot be read ({error.strerror})") from error
+    lines = [line.strip() for line in tail.splitlines() if line.strip()]
+    # Some errors quote what another program said, on the lines after the first.
+    ending = next(filter(_ENDING.fullmatch, reversed(lines)), "")
+    return "" if ending.startswith(Interrupted.__name__) else ending
 
 
 def _progress(headers: list[Header], running: bool) -> Progress:

@@ -4,7 +4,7 @@ import hashlib
 import json
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
@@ -14,6 +14,7 @@ import numpy as np
 import xarray as xr
 
 import softslip
+from softslip.conventions import CONVENTIONS, as_stored, as_used, discovery, without_discovery
 from softslip.errors import DatasetError, StorageError
 from softslip.fields import file_text
 from softslip.schema import SCHEMAS, check_dataset
@@ -23,7 +24,7 @@ REFERENCE = (
     "arXiv:1911.05392"
 )
 
-VOLATILE = ("history", "provenance")
+VOLATILE = ("date_created", "history", "provenance")
 """Attributes that differ between two runs of the same thing: when and where it was run."""
 
 CONTENT_DIGEST, RECORD_DIGEST = "content_sha256", "record_sha256"
@@ -33,9 +34,11 @@ CONTENT_DIGEST, RECORD_DIGEST = "content_sha256", "record_sha256"
 def write_dataset(dataset: xr.Dataset, path: Path, *, stage: str, run: str, title: str) -> None:
     """Write a dataset under its final name in one step.
 
-    Every variable is compressed and carries a fletcher32 checksum, and the whole two digests that
-    `read_dataset` checks. The file is written to a temporary name in the same folder, read back,
-    synced and renamed, so that a reader finds either the whole new file or what was there before.
+    The file keeps to CF-1.11 and ACDD-1.3, see `softslip.conventions`; `read_dataset` gives back
+    what was given. Every variable is compressed and carries a fletcher32 checksum, and the whole
+    two digests that `read_dataset` checks. The file is written to a temporary name in the same
+    folder, read back, synced and renamed, so that a reader finds either the whole new file or what
+    was there before.
 
     Parameters
     ----------
@@ -53,22 +56,14 @@ def write_dataset(dataset: xr.Dataset, path: Path, *, stage: str, run: str, titl
     StorageError
         When it cannot be written, or does not read back as it was.
     """
-    # How a part was stored before, such as the length of its words, need not fit the whole.
-    labelled = dataset.drop_encoding().assign_attrs(
-        Conventions="CF-1.11",
-        title=title,
-        source=f"softslip {softslip.__version__}",
-        references=REFERENCE,
-        history=f"{datetime.now(UTC):%Y-%m-%dT%H:%M:%SZ} softslip {stage}",
-        stage=stage,
-        run=run,
-    )
+    try:
+        # How a part was stored before, such as the length of its words, need not fit the whole.
+        stored = as_stored(dataset.drop_encoding())
+    except ValueError as error:
+        raise StorageError(f"{file_text(path)}: cannot be written ({error})") from error
+    labelled = stored.assign_attrs(_labels(dataset.attrs, stage, run, title))
     labelled = labelled.assign_attrs(digests(labelled))
-    encoding = {
-        name: {"zlib": True, "complevel": 4, "fletcher32": True}
-        for name, variable in labelled.variables.items()
-        if variable.ndim and variable.dtype.kind in "fiub"
-    }
+    encoding = _encoding(labelled)
     with replacing(path) as temporary:
         # The library below says RuntimeError where a disk is full.
         try:
@@ -80,9 +75,41 @@ def write_dataset(dataset: xr.Dataset, path: Path, *, stage: str, run: str, titl
             ) from error
 
 
+def _labels(own: Mapping[str, Any], stage: str, run: str, title: str) -> dict[str, Any]:
+    """Return the attributes that a dataset gets; its own keep their place among those of ACDD."""
+    moment = f"{datetime.now(UTC):%Y-%m-%dT%H:%M:%SZ}"
+    return {
+        **discovery(stage, run),
+        **own,
+        "Conventions": CONVENTIONS,
+        "title": title,
+        "source": f"softslip {softslip.__version__}",
+        "product_version": softslip.__version__,
+        "references": REFERENCE,
+        "date_created": moment,
+        "history": f"{moment} softslip {stage}",
+        "stage": stage,
+        "run": run,
+    }
+
+
+def _encoding(stored: xr.Dataset) -> dict[Any, dict[str, Any]]:
+    """Return how variables are compressed, and that nothing is missing from a coordinate."""
+    return {
+        name: {
+            **({"zlib": True, "complevel": 4, "fletcher32": True} if variable.ndim else {}),
+            # Left to itself, the library declares one for every number.
+            **({"_FillValue": None} if name in stored.dims else {}),
+        }
+        for name, variable in stored.variables.items()
+        if variable.dtype.kind in "fiub"
+    }
+
+
 def digests(dataset: xr.Dataset) -> dict[str, str]:
     """Return the two digests of a dataset, see `CONTENT_DIGEST`, as hexadecimal SHA-256.
 
+    Those in a file are of what the file has, which `read_dataset` turns into what is in memory.
     They are those of names, dimensions, types, numbers and attributes, whatever the order of
     variables, the compression and the byte order of the file.
     """
@@ -220,9 +247,11 @@ def read_dataset(path: Path, *, stage: str, run: str | None = None) -> xr.Datase
         if wanted is not None and found != wanted:
             raise DatasetError(f"{name}: is of {key} {found!r}, not {wanted!r}")
     _check_digests(path, dataset)
+    used = as_used(dataset)
+    used.attrs = without_discovery(used.attrs)
     if stage in SCHEMAS:
         try:
-            check_dataset(dataset, stage)
+            check_dataset(used, stage)
         except DatasetError as error:
             raise DatasetError(f"{name}: {error}") from None
-    return dataset
+    return used

@@ -1,5 +1,6 @@
 """Scenario files: base parameters and axes over them, expanded into runs with stable identities."""
 
+import json
 import math
 import re
 from collections import Counter
@@ -146,6 +147,11 @@ class Scenario:
             parameters = _combined(self.tree, self.axes, values)
             coordinates = {axis.label: value for axis, value in zip(self.axes, values, strict=True)}
             yield Run(parameters, coordinates, stage_ids(parameters))
+
+    def as_json(self) -> str:
+        """Return all that the scenario's datasets depend on, as a JSON object."""
+        axes = {axis.path: axis.values for axis in self.axes}
+        return json.dumps({"base": self.base.model_dump(), "axes": axes}, allow_nan=False)
 
     def stage_table(self, stage: str) -> dict[str, StageRun]:
         """Return the distinct runs of a stage by their identity, in the order of `runs`.

@@ -15,6 +15,7 @@ from typing import Any
 import xarray as xr
 
 from softslip.checkpoint import SUFFIX
+from softslip.stamps import check_figure
 from softslip.storage import CONTENT_DIGEST
 from softslip.sweep import load_scenario
 
@@ -219,7 +220,7 @@ class Chain:
         """Make sure that a result is the one that an undisturbed process makes."""
         path = self.output(folder, stage)
         if stage == FIGURE:
-            assert path.read_bytes() == self.output(self.folder, FIGURE).read_bytes()
+            assert content_of(path) == content_of(self.output(self.folder, FIGURE))
             return
         options = {"path": str(path), "stage": stage, "digest": self.digests[stage]}
         outcome = self.warm.run(folder, call="check_dataset", **options)
@@ -254,6 +255,11 @@ class Chain:
 def files(folder: Path) -> Iterator[Path]:
     """Yield every file below a folder."""
     return (path for path in folder.rglob("*") if path.is_file())
+
+
+def content_of(figure: Path) -> str:
+    """Return the content digest of a figure, whose file is as it was drawn."""
+    return str(check_figure(figure)[CONTENT_DIGEST])
 
 
 def contents(folder: Path) -> dict[Path, bytes]:

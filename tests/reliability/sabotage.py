@@ -147,7 +147,7 @@ def written_by(name: str, args: tuple[Any, ...]) -> int:
 
 def read_damaged_dataset(path: str, pristine: str, stage: str) -> int:
     """Read a dataset that was tampered with, and say what became of it."""
-    whole = xr.load_dataset(pristine, engine="netcdf4")
+    whole = read_dataset(Path(pristine), stage=stage)
     try:
         found = read_dataset(Path(path), stage=stage, run=whole.attrs["run"])
     except DatasetError as error:

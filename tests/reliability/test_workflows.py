@@ -14,7 +14,7 @@ import numpy as np
 import psutil
 import pytest
 import xarray as xr
-from chain import FIGURE, LONG, SCENARIO, STAGES, Chain
+from chain import FIGURE, LONG, SCENARIO, STAGES, Chain, content_of
 from projects import copy_project
 
 from softslip.checkpoint import SUFFIX, read_header
@@ -76,15 +76,15 @@ class Workflow:
         """Run it to its end; return its exit status and what it said."""
         return self.start().wait(timeout=PATIENCE), self.said
 
-    def digests(self) -> dict[str, str | bytes]:
-        """Return the content digest of every stage and the bytes of the figure."""
-        found: dict[str, str | bytes] = {}
+    def digests(self) -> dict[str, str]:
+        """Return the content digest of every stage and of the figure."""
+        found: dict[str, str] = {}
         for stage in STAGES:
             with xr.open_dataset(self.chain.output(self.results, stage)) as dataset:
                 found[stage] = dataset.attrs[CONTENT_DIGEST]
-        return found | {FIGURE: self.chain.output(self.results, FIGURE).read_bytes()}
+        return found | {FIGURE: content_of(self.chain.output(self.results, FIGURE))}
 
-    def finish(self) -> dict[str, str | bytes]:
+    def finish(self) -> dict[str, str]:
         """Run it to its end, which must be a good one; return what came out."""
         status, said = self.run()
         assert status == 0, said
@@ -117,20 +117,20 @@ class Workflow:
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str | bytes]:
+def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     """Return what an undisturbed workflow makes."""
     return Workflow(tmp_path_factory.mktemp("whole") / "copy", SCENARIO).finish()
 
 
 @pytest.fixture(scope="module")
-def long(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, str | bytes]]:
+def long(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, str]]:
     """Return an undisturbed workflow with a long shear, and what it makes."""
     folder = tmp_path_factory.mktemp("long") / "copy"
     return folder, Workflow(folder, LONG).finish()
 
 
 @pytest.fixture
-def at_work(long, tmp_path: Path) -> tuple[Workflow, subprocess.Popen, dict[str, str | bytes]]:
+def at_work(long, tmp_path: Path) -> tuple[Workflow, subprocess.Popen, dict[str, str]]:
     """Return a workflow whose shear has just been kept, its process, and what it should make."""
     folder, expected = long
     flow = Workflow(tmp_path / "copy", LONG)
@@ -144,7 +144,7 @@ def at_work(long, tmp_path: Path) -> tuple[Workflow, subprocess.Popen, dict[str,
 
 
 def test_the_workflow_makes_what_the_warm_children_make(chain: Chain, whole) -> None:
-    figure = chain.output(chain.folder, FIGURE).read_bytes()
+    figure = content_of(chain.output(chain.folder, FIGURE))
     assert whole == chain.digests | {FIGURE: figure}
 
 

@@ -38,6 +38,7 @@ rule measure:
     # A measurement has the machine to itself, but runs on one core.
     threads: workflow.cores
     params:
+        fingerprint=lambda wildcards: fingerprint("bench"),
         options=lambda wildcards: BENCHMARKS[wildcards.bench],
     message:
         "Measuring {wildcards.bench}"
@@ -56,6 +57,8 @@ rule benchmark_figure:
         "results/bench/benchmarks/benchmark.tsv"
     conda:
         f"../{ENVIRONMENT}"
+    params:
+        fingerprint=fingerprint("draw"),
     message:
         "Drawing benchmark"
     shell:
@@ -73,6 +76,8 @@ rule trajectory_figure:
         "results/bench/benchmarks/trajectory_figure.tsv"
     conda:
         f"../{ENVIRONMENT}"
+    params:
+        fingerprint=fingerprint("draw"),
     message:
         "Drawing trajectory"
     shell:

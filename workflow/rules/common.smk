@@ -3,6 +3,7 @@
 import atexit
 import os
 import sys
+import time
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from softslip.removal import removed
 from softslip.stages import STAGES
 from softslip.status import survey
 from softslip.sweep import load_scenario
+from softslip.timestamps import keep_in_order
 
 min_version("9.0")
 
@@ -60,6 +62,7 @@ RESULTS = f"results/{SCENARIO.name}"
 # This one is freed by the system, so that the same command starts again at once.
 ALONE = ExitStack()
 atexit.register(ALONE.close)
+BEGUN = time.time()
 
 
 onstart:
@@ -73,6 +76,7 @@ onstart:
 onsuccess:
     for _ in removed(Path(RESULTS), survey(SCENARIO, Path(RESULTS)).leftovers(), print):
         pass
+    keep_in_order(Path(RESULTS), BEGUN)
 
 
 ENVIRONMENT = "envs/softslip.yaml"

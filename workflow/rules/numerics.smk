@@ -24,6 +24,7 @@ rule validation:
     conda:
         f"../{ENVIRONMENT}"
     params:
+        fingerprint=lambda wildcards: fingerprint("validation"),
         study=STUDY,
         sweep=lambda wildcards: str(study().validation[wildcards.name]),
     message:
@@ -45,6 +46,7 @@ rule stability:
     conda:
         f"../{ENVIRONMENT}"
     params:
+        fingerprint=lambda wildcards: fingerprint("stability"),
         study=STUDY,
         plan=lambda wildcards: str(study().stability),
     message:
@@ -66,6 +68,7 @@ rule stability_map:
     conda:
         f"../{ENVIRONMENT}"
     params:
+        fingerprint=lambda wildcards: fingerprint("stability"),
         study=STUDY,
     message:
         "Gathering the map of stability"
@@ -83,6 +86,7 @@ rule stability_limit:
     conda:
         f"../{ENVIRONMENT}"
     params:
+        fingerprint=lambda wildcards: fingerprint("stability"),
         study=STUDY,
         plan=lambda wildcards: str(study().stability),
     message:
@@ -101,6 +105,7 @@ rule tradeoff_scene:
     conda:
         f"../{ENVIRONMENT}"
     params:
+        fingerprint=lambda wildcards: fingerprint("tradeoff"),
         study=STUDY,
         plan=lambda wildcards: str(study().tradeoff),
     message:
@@ -121,6 +126,7 @@ rule tradeoff_member:
     conda:
         f"../{ENVIRONMENT}"
     params:
+        fingerprint=lambda wildcards: fingerprint("tradeoff"),
         study=STUDY,
     message:
         "Measuring {wildcards.name}"
@@ -139,6 +145,7 @@ rule tradeoff_steady:
     conda:
         f"../{ENVIRONMENT}"
     params:
+        fingerprint=lambda wildcards: fingerprint("tradeoff"),
         study=STUDY,
         plan=lambda wildcards: str(study().tradeoff),
     message:
@@ -160,6 +167,7 @@ rule tradeoff:
     conda:
         f"../{ENVIRONMENT}"
     params:
+        fingerprint=lambda wildcards: fingerprint("tradeoff"),
         study=STUDY,
     message:
         "Gathering the trade of speed for accuracy"
@@ -180,6 +188,7 @@ rule elements:
     # Its times are to be those of a core that nothing else uses.
     threads: workflow.cores
     params:
+        fingerprint=lambda wildcards: fingerprint("bench"),
         study=STUDY,
         options=lambda wildcards: str(study().elements),
     message:
@@ -201,6 +210,8 @@ rule numerics_figure:
         figure="[a-z_]+",
     conda:
         f"../{ENVIRONMENT}"
+    params:
+        fingerprint=fingerprint("draw"),
     message:
         "Drawing {wildcards.figure}"
     shell:

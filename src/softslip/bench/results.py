@@ -98,6 +98,16 @@ WORDS = {
 }
 """Tables of words, what they say each about, and what they mean."""
 
+LABELS = {
+    "part": "part of an evaluation",
+    "stage": "what is done in a process of its own",
+    "run": "scheme and packing of a run",
+    "quantity": "observable",
+    "trimming": "work that is left out",
+    "element": "element of a scene",
+}
+"""What the named things are."""
+
 SERIES = "series"
 """Key of the mapping of observables to their values for each run and ``time``."""
 
@@ -146,7 +156,10 @@ def as_dataset(result: Mapping[str, Any]) -> xr.Dataset:
                 variables[f"{key}_{inner}"] = _variable(inner, figure)
         else:
             variables[key] = _variable(key, value)
-    return xr.Dataset(variables, coordinates, words)
+    dataset = xr.Dataset(variables, coordinates, words)
+    for dim in LABELS.keys() & dataset.coords.keys():
+        dataset[dim].attrs["long_name"] = LABELS[dim]
+    return dataset
 
 
 def _attributes(key: str) -> dict[str, str]:

@@ -6,7 +6,21 @@ wait for the plotting libraries.
 
 import typer
 
-from softslip.cli import bench, draw, numerics, results, stages, status, validate
+from softslip.cli import (
+    bench,
+    crate,
+    draw,
+    export,
+    numerics,
+    plan,
+    query,
+    results,
+    stages,
+    status,
+    trace,
+    validate,
+    verify,
+)
 
 app = typer.Typer(
     add_completion=False,
@@ -15,8 +29,14 @@ app = typer.Typer(
 )
 app.add_typer(stages.app)
 app.add_typer(status.app)
+app.add_typer(plan.app)
 app.add_typer(results.app)
+app.add_typer(query.app)
+app.add_typer(export.app)
 app.add_typer(draw.app)
+app.add_typer(trace.app)
+app.add_typer(verify.app)
+app.add_typer(crate.app)
 app.add_typer(validate.app, name="validate")
 app.add_typer(bench.app, name="bench")
 app.add_typer(numerics.app, name="numerics")

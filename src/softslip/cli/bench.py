@@ -13,12 +13,15 @@ from rich.markdown import Markdown
 from rich.table import Table
 
 from softslip.cli.common import AsJson, one_line_errors
+from softslip.fingerprints import fingerprint
 from softslip.progress import progress_report
+from softslip.provenance import Work
 from softslip.storage import write_dataset
 
 app = typer.Typer(
     no_args_is_help=True, help="Measure the paper's scheme and the faster ones side by side."
 )
+
 
 FEWEST_PARTICLES = 16
 """Particles of a benchmark at least: fewer make no channel."""
@@ -76,7 +79,8 @@ def _show_bench(result: Mapping[str, Any], as_json: bool, output: Path | None) -
     dataset = as_dataset(result)
     if output is not None:
         name = result["bench"]
-        write_dataset(dataset, output, stage="bench", run=name, title=f"benchmark of {name}")
+        labelled = dataset.assign_attrs(Work().labels(fingerprint=fingerprint("bench")))
+        write_dataset(labelled, output, stage="bench", run=name, title=f"benchmark of {name}")
     if as_json:
         print(json.dumps(result))
         return

@@ -12,7 +12,8 @@ from softslip.cli.common import Output, one_line_errors
 from softslip.errors import ConfigError
 from softslip.fields import brief
 from softslip.fingerprints import fingerprint
-from softslip.provenance import code, parents_of
+from softslip.provenance import Work, parents_of
+from softslip.stamps import FIGURE
 from softslip.storage import read_dataset
 
 app = typer.Typer()
@@ -54,14 +55,15 @@ def draw(
         )
     datasets = _datasets(figure, data)
     drawn = getattr(figures, figure)(*datasets)
-    made_from = {
+    labels = {
         "title": figure,
+        "stage": FIGURE,
         "run": datasets[0].attrs["run"],
-        "parents": json.loads(parents_of(datasets)),
-        "fingerprint": fingerprint("draw"),
-        **code(),
+        "parameters": json.loads(datasets[0].attrs.get("parameters", "{}")),
+        "parents": parents_of(datasets),
     }
-    figures.save_figure(drawn, output, made_from)
+    provenance = Work().provenance(datasets, fingerprint=fingerprint("draw"))
+    figures.save_figure(drawn, output, labels, provenance)
 
 
 def _datasets(figure: str, data: list[Path]) -> list[xr.Dataset]:

@@ -1,6 +1,8 @@
 """`softslip numerics`: the jobs of a study of the numerics, and what is published of it."""
 
 import sys
+from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -9,6 +11,9 @@ import xarray as xr
 
 from softslip.cli.common import Output, one_line_errors
 from softslip.errors import ConfigError
+from softslip.fingerprints import fingerprint
+from softslip.lineage import read_product
+from softslip.provenance import Work
 from softslip.storage import read_dataset, write_dataset
 
 if TYPE_CHECKING:
@@ -32,17 +37,47 @@ def _tell(line: str) -> None:
     print(f"numerics: {line}", file=sys.stderr, flush=True)
 
 
-def _study(name: str) -> "Study":
-    """Return a study; the solver, which studies know, is imported by those who want one."""
+MADE_BY = {
+    "validation": "validation",
+    "stability": "stability",
+    "stability_map": "stability",
+    "limits": "stability",
+    "scene": "tradeoff",
+    "member": "tradeoff",
+    "steady": "tradeoff",
+    "tradeoff": "tradeoff",
+    "elements": "bench",
+}
+"""Kinds of datasets, and the code that makes them; see `softslip.fingerprints.ENTRIES`."""
+
+
+@dataclass(frozen=True)
+class _Job:
+    """A part of a study that is being worked on."""
+
+    study: "Study"
+
+    def write(
+        self,
+        dataset: xr.Dataset,
+        output: Path,
+        kind: str,
+        name: str,
+        parents: Iterable[xr.Dataset] = (),
+    ) -> None:
+        """Write a dataset with what produced it."""
+        origin = Work().labels(parents, fingerprint=fingerprint(MADE_BY[kind]))
+        labelled = dataset.assign_attrs(study=self.study.name, **origin)
+        write_dataset(
+            labelled, output, stage=kind, run=name, title=f"{kind} of the numerics: {name}"
+        )
+
+
+def _job(name: str) -> _Job:
+    """Begin a part of a study; the solver, which studies know, is imported by those who want it."""
     from softslip.numerics import load_study
 
-    return load_study(name)
-
-
-def _write(dataset: xr.Dataset, output: Path, kind: str, study: "Study", name: str) -> None:
-    title = f"{kind} of the numerics: {name}"
-    labelled = dataset.assign_attrs(study=study.name)
-    write_dataset(labelled, output, stage=kind, run=name, title=title)
+    return _Job(load_study(name))
 
 
 def _one_of(name: str, names: list[str], what: str) -> str:
@@ -58,10 +93,12 @@ def validation(name: Name, output: Output, study: StudyName = "full") -> None:
     from softslip.validation import CASES
     from softslip.validation.sweeps import sweep
 
-    given = _study(study)
-    wanted = given.validation[_one_of(name, list(given.validation), f"validation of {study}")]
+    job = _job(study)
+    wanted = job.study.validation[
+        _one_of(name, list(job.study.validation), f"validation of {study}")
+    ]
     case = CASES[_one_of(wanted.case, list(CASES), "case")]
-    _write(sweep(case, wanted.axes, tell=_tell), output, "validation", given, name)
+    job.write(sweep(case, wanted.axes, tell=_tell), output, "validation", name)
 
 
 @app.command()
@@ -70,9 +107,9 @@ def stability(name: Name, output: Output, study: StudyName = "full") -> None:
     """Run all cells along one axis of the map of stability."""
     from softslip.stability import GROUPS, measure_group
 
-    given = _study(study)
+    job = _job(study)
     group = _one_of(name, list(GROUPS), "axis of the map")
-    _write(measure_group(group, given.stability, _tell), output, "stability", given, name)
+    job.write(measure_group(group, job.study.stability, _tell), output, "stability", name)
 
 
 @app.command()
@@ -81,8 +118,8 @@ def limits(output: Output, study: StudyName = "full") -> None:
     """Measure the longest stable steps of both integrators, next to theory."""
     from softslip.stability import measure_limits
 
-    given = _study(study)
-    _write(measure_limits(given.stability, _tell), output, "limits", given, "limits")
+    job = _job(study)
+    job.write(measure_limits(job.study.stability, _tell), output, "limits", "limits")
 
 
 @app.command(name="map")
@@ -92,9 +129,10 @@ def stability_map(data: Data, output: Output, study: StudyName = "full") -> None
     from softslip.stability import gather
     from softslip.stability.markdown import wrong_cells
 
-    given = _study(study)
-    gathered = gather([read_dataset(path, stage="stability") for path in data])
-    _write(gathered, output, "stability_map", given, "map")
+    job = _job(study)
+    groups = [read_dataset(path, stage="stability") for path in data]
+    gathered = gather(groups)
+    job.write(gathered, output, "stability_map", "map", groups)
     for cell in wrong_cells(gathered):
         print(f"wrong: {cell}", file=sys.stderr)
 
@@ -105,8 +143,8 @@ def scene(output: Output, study: StudyName = "full") -> None:
     """Make the sheared packings that all members of the trade-off start from."""
     from softslip.tradeoff.scene import prepare
 
-    given = _study(study)
-    _write(prepare(given.tradeoff, _tell), output, "scene", given, "scene")
+    job = _job(study)
+    job.write(prepare(job.study.tradeoff, _tell), output, "scene", "scene")
 
 
 @app.command()
@@ -116,11 +154,13 @@ def member(name: Name, scene: Scene, output: Output, study: StudyName = "full") 
     from softslip.tradeoff.measure import measure_member
     from softslip.tradeoff.members import members_of
 
-    given = _study(study)
-    members = members_of(given.tradeoff)
+    job = _job(study)
+    members = members_of(job.study.tradeoff)
     wanted = members[_one_of(name, list(members), f"member of {study}")]
     start = read_dataset(scene, stage="scene")
-    _write(measure_member(start, wanted, given.tradeoff, _tell), output, "member", given, name)
+    job.write(
+        measure_member(start, wanted, job.study.tradeoff, _tell), output, "member", name, [start]
+    )
 
 
 @app.command()
@@ -129,10 +169,10 @@ def steady(name: Name, output: Output, study: StudyName = "full") -> None:
     """Run one packing for long, at all regularisation lengths of the plan."""
     from softslip.tradeoff.steady import cases_of, measure_steady
 
-    given = _study(study)
-    cases = cases_of(given.tradeoff)
+    job = _job(study)
+    cases = cases_of(job.study.tradeoff)
     wanted = cases[_one_of(name, list(cases), f"long run of {study}")]
-    _write(measure_steady(wanted, given.tradeoff, _tell), output, "steady", given, name)
+    job.write(measure_steady(wanted, job.study.tradeoff, _tell), output, "steady", name)
 
 
 @app.command()
@@ -141,11 +181,13 @@ def tradeoff(data: Data, output: Output, study: StudyName = "full") -> None:
     """Gather members and long runs into the trade-off dataset."""
     from softslip.tradeoff.table import gather
 
-    given = _study(study)
-    read = [xr.load_dataset(path, engine="netcdf4") for path in data]
-    members = [dataset for dataset in read if dataset.attrs.get("stage") == "member"]
-    runs = [dataset for dataset in read if dataset.attrs.get("stage") == "steady"]
-    _write(gather(members, runs), output, "tradeoff", given, "tradeoff")
+    job = _job(study)
+    kinds = [_one_of(read_product(path).stage, ["member", "steady"], "part") for path in data]
+    read = [read_dataset(path, stage=kind) for path, kind in zip(data, kinds, strict=True)]
+    members, runs = (
+        [part for part in read if part.attrs["stage"] == kind] for kind in ("member", "steady")
+    )
+    job.write(gather(members, runs), output, "tradeoff", "tradeoff", read)
 
 
 @app.command()
@@ -154,9 +196,9 @@ def elements(output: Output, study: StudyName = "full") -> None:
     """Measure what each element of a scene costs, and what is saved without it."""
     from softslip.bench import as_dataset, bench_elements
 
-    given = _study(study)
-    result = bench_elements(**given.elements, tell=_tell)
-    _write(as_dataset(result), output, "elements", given, "elements")
+    job = _job(study)
+    result = bench_elements(**job.study.elements, tell=_tell)
+    job.write(as_dataset(result), output, "elements", "elements")
 
 
 @app.command()

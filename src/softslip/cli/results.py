@@ -15,7 +15,7 @@ from softslip.cli.common import Output, Results, ScenarioName, one_line_errors, 
 from softslip.errors import ConfigError
 from softslip.fields import brief
 from softslip.fingerprints import fingerprint
-from softslip.provenance import Work, parents_of
+from softslip.provenance import Work
 from softslip.reference import write_references
 from softslip.stages import STAGES
 from softslip.storage import read_dataset, write_dataset
@@ -49,8 +49,6 @@ def gather(
     """Gather the finished runs of a scenario into one dataset."""
     from softslip import observables
 
-    work = Work()
-
     if table not in TABLES:
         raise ConfigError(
             "table", brief(table), "is not an analysis", f"use one of {', '.join(TABLES)}"
@@ -67,8 +65,7 @@ def gather(
 
     gathered = getattr(observables, table)(noted())
     labelled = gathered.assign_attrs(
-        parents=parents_of(parents),
-        provenance=work.provenance(parents, fingerprint=fingerprint("gather")),
+        parameters=loaded.as_json(), **Work().labels(parents, fingerprint=fingerprint("gather"))
     )
     write_dataset(labelled, output, stage=table, run=loaded.name, title=f"{table} of {loaded.name}")
 
@@ -82,11 +79,10 @@ def fit(
     """Fit the flow law and the slip laws to a flow curve, and say which could be fitted."""
     from softslip import fits
 
-    work = Work()
     curve = read_dataset(flow_curve, stage="flow_curve")
     laws = fits.fit_laws(curve).assign_attrs(
-        parents=parents_of([curve]),
-        provenance=work.provenance([curve], fingerprint=fingerprint("fit")),
+        parameters=curve.attrs.get("parameters", "{}"),
+        **Work().labels([curve], fingerprint=fingerprint("fit")),
     )
     run = curve.attrs["run"]
     write_dataset(laws, output, stage="fits", run=run, title=f"fits of {run}")

@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -25,7 +25,7 @@ from softslip.fingerprints import fingerprint
 from softslip.interruption import interruptible
 from softslip.lock import run_lock
 from softslip.progress import progress_report
-from softslip.provenance import Work, parents_of
+from softslip.provenance import Work
 from softslip.stages import STAGES, stage_parameters
 from softslip.storage import CONTENT_DIGEST, read_dataset, write_dataset
 from softslip.sweep import StageRun, load_scenario
@@ -66,8 +66,6 @@ class _Job:
         Result of the stage before, if there is one.
     threads
         Threads at most.
-    work
-        When it began.
     checkpoints
         Where it can be taken up again, if it can.
     """
@@ -76,7 +74,6 @@ class _Job:
     output: Path
     before: xr.Dataset | None = None
     threads: int = 1
-    work: Work = field(default_factory=Work)
     checkpoints: "Checkpoints | None" = None
 
     @property
@@ -98,7 +95,7 @@ class _Job:
         """Write the result with what produced it."""
         row, parents = self.row, [] if self.before is None else [self.before]
         kept = self.checkpoints
-        provenance = self.work.provenance(
+        origin = Work().labels(
             parents,
             fingerprint=fingerprint(row.stage),
             seed=row.parameters.seed,
@@ -109,10 +106,9 @@ class _Job:
         labelled = dataset.assign_attrs(
             parameters=stage_parameters(row.parameters, row.stage),
             parent=row.parent or "",
-            parents=parents_of(parents),
             mean_radius=row.parameters.suspension.mean_radius,
             area_fraction=row.parameters.suspension.area_fraction,
-            provenance=provenance,
+            **origin,
         )
         title = f"{row.stage} of a soft particle suspension"
         write_dataset(labelled, self.output, stage=row.stage, run=row.id, title=title)

@@ -25,13 +25,25 @@ if TYPE_CHECKING:
 
 app = typer.Typer()
 
+ORDER = ("running", "failed", "stopped", "missing", "done")
+"""States in the order of the table of runs."""
+
+MOST_MISSING = 50
+"""Missing runs that are listed unless all are asked for: nothing is to be seen of them."""
+
+LONGEST_ERROR = 60
+"""Signs of a failed run's error that the table shows."""
+
 Watch = Annotated[
     float | None,
     typer.Option(min=0.1, metavar="SECONDS", help="Look again and again, until all are done."),
 ]
-Every = Annotated[bool, typer.Option("--all", help="List the runs that are done too.")]
+Every = Annotated[bool, typer.Option("--all", help="List every run, those that are done too.")]
 AllCheckpoints = Annotated[
-    bool, typer.Option("--all", help="Remove those of stopped runs too, which then begin anew.")
+    bool,
+    typer.Option(
+        "--all", help="Remove those of stopped and failed runs too, which then begin anew."
+    ),
 ]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Only say what would be removed.")]
 
@@ -45,7 +57,7 @@ def status(
     every: Every = False,
     watch: Watch = None,
 ) -> None:
-    """Say how far the runs of a scenario are: done, running, stopped or missing."""
+    """Say how far the runs of a scenario are: done, running, failed, stopped or missing."""
     from softslip.status import survey
 
     if as_json and watch is not None:
@@ -103,20 +115,21 @@ def _summary(scenario: Scenario, found: "Survey", remedy: str) -> list[Renderabl
         table.add_row(stage, *(str(counts[state]) for state in STATES))
     files = found.checkpoints
     total = decimal(sum(file.size for file in files))
-    lines = [f"{_counted(len(files), 'checkpoint')}, {total}"]
+    lines = [f"{counted(len(files), 'checkpoint')}, {total}"]
     damaged = sum(file.verdict == "damaged" for file in files)
     if damaged:
-        lines.append(f"{_counted(damaged, 'checkpoint')} damaged")
+        lines.append(f"{counted(damaged, 'checkpoint')} damaged")
     if found.stale:
         size = decimal(sum(file.size for file in found.stale))
-        count = _counted(len(found.stale), "stale checkpoint")
+        count = counted(len(found.stale), "stale checkpoint")
         lines.append(f"{count}, {size}; to remove them: {remedy}")
     # A command that is broken over two lines cannot be copied.
     unbroken = [Text(line, no_wrap=True, overflow="ignore") for line in lines]
     return [Text(f"{scenario.name}: {scenario.description}"), table, *unbroken]
 
 
-def _counted(count: int, what: str) -> str:
+def counted(count: int, what: str) -> str:
+    """Return a number of things in words."""
     return f"{count} {what}" if count == 1 else f"{count} {what}s"
 
 
@@ -125,13 +138,16 @@ def _runs_table(
 ) -> list[RenderableType]:
     """Return a table with a row for each run of a stage that is not done, or for all, if any.
 
-    Those that run come first. There are no more rows than asked for.
+    Those that run come first. There are no more rows than asked for, and of the missing ones only
+    the first, unless all are wanted.
     """
-    order = ("running", "stopped", "missing", "done")[: None if every else -1]
-    shown = [run for run in found.runs if run.state in order]
-    shown.sort(key=lambda run: order.index(run.state))
+    shown = [run for run in found.runs if every or run.state != "done"]
+    shown.sort(key=lambda run: ORDER.index(run.state))
     if not shown:
         return []
+    missing = sum(run.state == "missing" for run in shown)
+    untold = 0 if every else max(missing - MOST_MISSING, 0)
+    shown = shown[: len(shown) - untold]
     table = Table("stage")
     table.add_column("run", no_wrap=True)
     for axis in scenario.axes:
@@ -143,7 +159,8 @@ def _runs_table(
     for run in shown[:most]:
         values = [str(run.coordinates.get(axis.label, "")) for axis in scenario.axes]
         table.add_row(run.stage, run.run, *values, run.state, *_progress(run), _remarks(run))
-    return [table]
+    note = f"and {counted(untold, 'missing run')} more; to list them all: --all"
+    return [table, Text(note)] if untold else [table]
 
 
 def _progress(run: "RunStatus") -> list[str]:
@@ -157,21 +174,25 @@ def _progress(run: "RunStatus") -> list[str]:
         f"{progress.fraction:.1%}",
         str(progress.step),
         "" if progress.rate is None else f"{progress.rate:.3g}",
-        "" if progress.remaining is None else _duration(progress.remaining),
-        f"{_duration(max(time.time() - progress.written, 0.0))} ago",
+        "" if progress.remaining is None else duration(progress.remaining),
+        f"{duration(max(time.time() - progress.written, 0.0))} ago",
         str(progress.restarts),
     ]
 
 
-def _remarks(run: "RunStatus") -> str:
-    """Return who works on a run, and what is wrong with its checkpoints."""
+def _remarks(run: "RunStatus") -> Text:
+    """Return who works on a run, what it failed with, and what is wrong with its checkpoints."""
     words = [] if run.holder is None else [str(run.holder)]
+    if run.error:
+        cut = len(run.error) > LONGEST_ERROR
+        words.append(f"{run.error[: LONGEST_ERROR - 1]}…" if cut else run.error)
     if run.damaged:
-        words.append(f"{_counted(run.damaged, 'checkpoint')} damaged")
-    return ", ".join(words)
+        words.append(f"{counted(run.damaged, 'checkpoint')} damaged")
+    # An error may hold brackets, which are no markup.
+    return Text(", ".join(words))
 
 
-def _duration(seconds: float) -> str:
+def duration(seconds: float) -> str:
     """Return a time in the unit that suits it."""
     for unit, length in (("d", 86400.0), ("h", 3600.0), ("min", 60.0)):
         if seconds >= 2 * length:
@@ -203,6 +224,7 @@ def _run_mapping(run: "RunStatus") -> dict[str, Any]:
         "coordinates": dict(run.coordinates),
         "state": run.state,
         "damaged": run.damaged,
+        "error": run.error or None,
         "progress": None,
         "holder": None,
     }
@@ -234,7 +256,7 @@ def clean(
     for file in found if dry_run else removed(folder, found, _tell):
         print(f"{word} {file.path.relative_to(folder)} ({decimal(file.size)}): {file.reason}")
         count, total = count + 1, total + file.size
-    print(f"{word} {_counted(count, 'file')}, {decimal(total)} ({total} bytes)")
+    print(f"{word} {counted(count, 'file')}, {decimal(total)} ({total} bytes)")
 
 
 def _tell(sentence: str) -> None:

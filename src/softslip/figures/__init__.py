@@ -6,6 +6,7 @@ and says how many runs are missing. "Fig." is that of the paper.
 
 from softslip.figures.benchmark import benchmark
 from softslip.figures.drawing import save_figure
+from softslip.figures.lineage import lineage
 from softslip.figures.membranes import snapshot
 from softslip.figures.rheology import flow_curves
 from softslip.figures.stability import stability_limit, stability_map
@@ -19,6 +20,7 @@ __all__ = [
     "benchmark",
     "creep",
     "extrapolation",
+    "lineage",
     "flow_curves",
     "profiles",
     "save_figure",

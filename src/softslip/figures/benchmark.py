@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from softslip.figures.drawing import COLOURS, WIDE, grid_of_panels, note, styled
+from softslip.figures.shown import Quantity, quantity, show
 
 BARS = {
     ("mobility", "ratio"): "evaluation,\nsame nodes",
@@ -48,11 +49,19 @@ def _draw_parts(axes: Axes, scaling: xr.Dataset) -> None:
     for number, (part, height) in enumerate(zip(table["part"].values, heights, strict=True)):
         colour = COLOURS[number] if number < len(COLOURS) else "0.7"
         axes.bar(places, height, bottom=below[number], color=colour, width=0.8, label=str(part))
+        points = {
+            "particles": quantity(table["particles"]),
+            "nanoseconds": quantity(table, height),
+        }
+        show(axes, "a", "time of a part", points, {"part": Quantity(str(part))})
     axes.set_xticks(places, [str(count) for count in table["particles"].values])
     axes.set(xlabel="particles $N$", ylabel="time per node and evaluation [ns]")
     axes.set_ylim(0, 1.6 * float(heights.sum(axis=0).max()))
     axes.legend(loc="upper center", ncols=3, reverse=True)
     exponent = scaling.get("exponent")
+    if exponent is not None:
+        points = {"exponent": quantity(exponent, [float(exponent)])}
+        show(axes, "a", "exponent of the time over the particles", points)
     law = "" if exponent is None else rf", time $\propto N^{{{float(exponent):.2f}}}$"
     axes.set_title(f"(a) {scaling.attrs['fidelity']}{law}")
 
@@ -73,6 +82,11 @@ def _draw_ratios(axes: Axes, others: tuple[xr.Dataset, ...]) -> None:
         colour = COLOURS[number % len(COLOURS)]
         bars = axes.bar(places, list(found.values()), color=colour, width=width, label=str(size))
         axes.bar_label(bars, fmt="%.3g", padding=2, fontsize=7.5)
+        for place, height in found.items():
+            bench, name = ratios[place]
+            whose = {"benchmark": Quantity(bench), "variable": Quantity(name)}
+            points = {"particles": Quantity([size]), "ratio": Quantity([height])}
+            show(axes, "b", "cost of the paper's scheme, relative", points, whose)
     if ratios:
         largest = max(bar.get_height() for bar in axes.patches if isinstance(bar, Rectangle))
         axes.set(yscale="log", ylim=(0.8, 8 * max(1.0, largest)))

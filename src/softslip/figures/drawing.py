@@ -1,8 +1,8 @@
 """What all figures share: style, colours, panels, labels, and how they are saved."""
 
 import functools
+import io
 import itertools
-import json
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from importlib import resources
@@ -17,7 +17,8 @@ from matplotlib.figure import Figure
 
 import softslip
 from softslip.errors import DatasetError
-from softslip.storage import replacing
+from softslip.stamps import FORMATS, content_digest, sealed, unsealed, with_text
+from softslip.storage import CONTENT_DIGEST, replacing
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 """Colours that the colour-blind can tell apart (Okabe and Ito 2008)."""
@@ -39,9 +40,6 @@ SYMBOLS = {
     "area_fraction": r"$\phi$",
 }
 """How a dimension is written in a legend; others by their own name."""
-
-FORMATS = (".png", ".svg", ".pdf")
-"""File types of `save_figure`."""
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
@@ -135,10 +133,15 @@ def note(figure: Figure, *lines: str) -> None:
         figure.supxlabel("; ".join(said), x=0.01, ha="left", fontsize=7.5, color="0.35")
 
 
-def save_figure(figure: Figure, path: Path, metadata: Mapping[str, Any]) -> None:
+def save_figure(
+    figure: Figure,
+    path: Path,
+    labels: Mapping[str, Any],
+    provenance: Mapping[str, Any] | None = None,
+) -> None:
     """Save a figure under its final name in one step, with what it was made from inside it.
 
-    The same figure gives the same bytes: no time of writing is kept.
+    The same figure with the same labels gives the same bytes: no time of writing is kept.
 
     Parameters
     ----------
@@ -146,9 +149,12 @@ def save_figure(figure: Figure, path: Path, metadata: Mapping[str, Any]) -> None
         What to save.
     path
         Final name; its suffix (.png, .svg or .pdf) is the format.
-    metadata
-        What JSON can hold, such as the scenario and the runs; kept as sorted JSON in the field
-        Description (PNG, SVG) or Subject (PDF). "title" also becomes the file's title.
+    labels
+        What JSON can hold, such as the scenario and the parents; kept as sorted JSON in the field
+        Description (PNG, SVG) or Subject (PDF), with the digests of `softslip.stamps`. "title"
+        also becomes the file's title.
+    provenance
+        What differs between two drawings of the same thing; kept among the labels.
 
     Raises
     ------
@@ -159,18 +165,30 @@ def save_figure(figure: Figure, path: Path, metadata: Mapping[str, Any]) -> None
         raise DatasetError(
             f"{path}: cannot save a figure as {path.suffix!r}; use one of {', '.join(FORMATS)}"
         )
-    with replacing(path) as temporary, house_style():
-        form = path.suffix.removeprefix(".")
-        figure.savefig(temporary, format=form, metadata=_labels(path.suffix, metadata))
+    with house_style():
+        program = f"softslip {softslip.__version__}"
+        picture = _rendered(figure, ".png", {"Software": program})
+        passing = {} if provenance is None else {"provenance": dict(provenance)}
+        told = unsealed({**labels, **passing, CONTENT_DIGEST: content_digest(picture, labels)})
+        title = str(labels.get("title", "softslip"))
+        if path.suffix == ".png":
+            # Drawn again, the layout could differ by a rounding from that of the digest.
+            content = with_text(picture, {"Title": title, "Description": told})
+        else:
+            content = _rendered(figure, path.suffix, _fields(path.suffix, title, told, program))
+    with replacing(path) as temporary:
+        temporary.write_bytes(sealed(content))
 
 
-def _labels(suffix: str, metadata: Mapping[str, Any]) -> dict[str, Any]:
-    content = json.dumps(metadata, sort_keys=True)
-    title = str(metadata.get("title", "softslip"))
-    program = f"softslip {softslip.__version__}"
-    formats: dict[str, dict[str, Any]] = {
-        ".png": {"Title": title, "Description": content, "Software": program},
-        ".svg": {"Title": title, "Description": content, "Creator": program, "Date": None},
-        ".pdf": {"Title": title, "Subject": content, "Creator": program, "CreationDate": None},
-    }
-    return formats[suffix]
+def _rendered(figure: Figure, suffix: str, fields: Mapping[str, Any]) -> bytes:
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format=suffix.removeprefix("."), metadata=dict(fields))
+    return buffer.getvalue()
+
+
+def _fields(suffix: str, title: str, told: str, program: str) -> dict[str, Any]:
+    """Return the fields of a format that hold a title, labels and the program."""
+    common = {"Title": title, "Creator": program}
+    if suffix == ".svg":
+        return common | {"Description": told, "Date": None}
+    return common | {"Subject": told, "CreationDate": None}

@@ -6,14 +6,17 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.quiver import Quiver
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from softslip.errors import DatasetError
 from softslip.figures.drawing import NARROW, WIDE, named, note, styled
+from softslip.figures.shown import Quantity, show
 from softslip.geometry import UPPER
 from softslip.observables import non_affine_velocity, parameters_of
 
 FloatArray = NDArray[np.float64]
+
+LENGTH_UNIT = "length unit"
 
 PARTICLE, OUTLINE, WALL, ARROW = "#8FBBDD", "#1F5A8C", "black", "black"
 """Colours of a particle's inside, its membrane, the walls and the arrows."""
@@ -75,8 +78,11 @@ def snapshot(run: xr.Dataset, snapshot: int = 0, time: float | None = None) -> F
     figure = Figure(figsize=size, layout="constrained")
     axes = figure.add_subplot()
     particles, walls = _contours(run, snapshot)
-    _draw_particles(axes, particles, length)
+    at = _place(run, snapshot)
+    _draw_particles(axes, particles, length, at)
     _draw_walls(axes, walls, length, height, depth)
+    for name, wall in zip(("lower wall", "upper wall"), walls, strict=True):
+        _keep_wall(axes, name, _tiled(wall, length), length, at)
     missing = _draw_arrows(figure, axes, run, snapshot, walls)
     axes.set(xlim=(0, length), ylim=(-depth, height + depth), aspect="equal")
     axes.set(xlabel=r"$x$ [length unit]", ylabel=r"$y$ [length unit]")
@@ -96,6 +102,38 @@ def _title(run: xr.Dataset, snapshot: int) -> str:
     return ", ".join(parts)
 
 
+def _place(run: xr.Dataset, snapshot: int) -> dict[str, Quantity]:
+    """Return what all that is shown has in common."""
+    given = parameters_of(run)
+    found = {
+        "stress": Quantity(given.rheometer.stress, "stress unit", "imposed shear stress"),
+        "imposed_shear_rate": Quantity(
+            given.rheometer.shear_rate, "1 / time unit", "imposed shear rate"
+        ),
+        "roughness": Quantity(given.wall.roughness, "1", "roughness of the walls"),
+        "snapshot_time": Quantity(
+            float(run["snapshot_time"][snapshot]), "time unit", "time of the snapshot"
+        ),
+    }
+    return {name: each for name, each in found.items() if each.values is not None}
+
+
+def _points(x: ArrayLike, y: ArrayLike) -> dict[str, Quantity]:
+    return {
+        "x": Quantity(x, LENGTH_UNIT, "place along the flow"),
+        "y": Quantity(y, LENGTH_UNIT, "height above the flat part of the lower wall"),
+    }
+
+
+def _keep_wall(
+    axes: Axes, name: str, contour: FloatArray, length: float, at: dict[str, Quantity]
+) -> None:
+    """Keep the part of a wall's contour that lies in the channel."""
+    x, y = contour.T
+    inside = (x >= 0) & (x <= length)
+    show(axes, "", name, _points(x[inside], y[inside]), at)
+
+
 def _contours(run: xr.Dataset, snapshot: int) -> tuple[list[FloatArray], list[FloatArray]]:
     """Return the contour of each particle and of the lower and upper wall."""
     nodes = run["node_position"].transpose("snapshot", "node", "axis").values[snapshot]
@@ -105,13 +143,20 @@ def _contours(run: xr.Dataset, snapshot: int) -> tuple[list[FloatArray], list[Fl
     return particles, [lower, upper]
 
 
-def _draw_particles(axes: Axes, particles: list[FloatArray], length: float) -> None:
+def _draw_particles(
+    axes: Axes, particles: list[FloatArray], length: float, at: dict[str, Quantity]
+) -> None:
     images = []
-    for contour in particles:
+    for number, contour in enumerate(particles):
         start = np.floor(contour[:, 0].min() / length) * length
         along = contour[:, 0] - start
         for shift in np.arange(0, np.floor(along.max() / length) + 1) * length:
             images.append(np.column_stack((along - shift, contour[:, 1])))
+            whose = {
+                "particle": Quantity(number, "1", "number of the particle"),
+                "image": Quantity(round(shift / length), "1", "number of its periodic image"),
+            }
+            show(axes, "", "particle", _points(*images[-1].T), at | whose)
     axes.add_collection(
         PolyCollection(images, facecolors=PARTICLE, edgecolors=OUTLINE, linewidths=0.6, zorder=1)
     )
@@ -180,6 +225,14 @@ def _draw_arrows(
         zorder=2,
     )
     _add_key(figure, axes, arrows, long, ARROW_LENGTH * distance / length)
+    meaning = "non-affine velocity over the bulk shear rate and H, along"
+    velocities = {
+        f"non_affine_velocity_{name}": Quantity(
+            velocity[..., axis][fluid], "1", f"{meaning} {name}"
+        )
+        for axis, name in enumerate("xy")
+    }
+    show(axes, "", "arrow", _points(x[fluid], y[fluid]) | velocities, _place(run, snapshot))
     return ""
 
 

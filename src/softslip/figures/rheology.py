@@ -21,6 +21,7 @@ from softslip.figures.drawing import (
     styled,
     with_dimensions,
 )
+from softslip.figures.shown import Quantity, along, place, quantity, show
 from softslip.fits import FITTED, flow_law
 from softslip.fits.points import DRIVES
 from softslip.observables import mean_over_seeds
@@ -73,12 +74,12 @@ def flow_curves(dataset: xr.Dataset, fits: xr.Dataset) -> Figure:
         for (name, (flag, label)), panel in zip(RATES.items(), axes, strict=True):
             arrows += _draw_curves(panel, cell, name, flag)
             panel.set_xlabel(f"{label} [1 / time unit]")
-            _draw_yield_stress(panel)
+            _draw_yield_stress(panel, name)
         _share_stresses(axes)
         for panel in axes:
             _widen(panel)
         there = {dim: value for dim, value in chosen.items() if dim in fits.dims}
-        _draw_fit(axes[1], fits.sel(there))
+        _draw_fit(axes[1], fits.sel(there), place(cell))
         axes[0].set_ylabel(f"{title}\n" * bool(title) + r"shear stress $\sigma$ [stress unit]")
         if axes[1].get_legend_handles_labels()[1]:
             axes[1].legend(loc="upper left")
@@ -112,6 +113,7 @@ def _draw_curves(axes: Axes, cell: xr.Dataset, name: str, flag: str) -> int:
         with np.errstate(invalid="ignore"):
             shown = (rate > 0) & (stress > 0)
             below = (rate <= 0) & (stress > 0)
+        _keep_points(axes, line, name, steady, shown, below)
         _draw_points(axes, stress[shown], rate[shown], error[shown], steady[shown], look)
         if name == "shear_rate_wall" and named("roughness", roughness):
             axes.plot([], [], linestyle="none", label=named("roughness", roughness), **look)
@@ -131,6 +133,26 @@ def _draw_curves(axes: Axes, cell: xr.Dataset, name: str, flag: str) -> int:
         low, high = axes.get_xlim()
         axes.set_xlim(low * (low / high) ** EDGE, high)
     return hidden
+
+
+def _keep_points(
+    axes: Axes,
+    line: xr.Dataset,
+    name: str,
+    steady: NDArray[np.bool_],
+    shown: NDArray[np.bool_],
+    below: NDArray[np.bool_],
+) -> None:
+    """Keep the numbers of one series for one roughness; errors as they are, not as bars."""
+    kinds = {
+        "steady": shown & steady,
+        "not steady": shown & ~steady,
+        "rate not positive": below,
+    }
+    for words, chosen in kinds.items():
+        columns = {key: line[key] for key in (name, f"{name}_error", "shear_stress")}
+        points = {key: quantity(each, each.values.ravel()[chosen]) for key, each in columns.items()}
+        show(axes, name, words, along(line[name], chosen) | points, place(line))
 
 
 def _draw_points(
@@ -161,9 +183,12 @@ def _draw_points(
                 collection.set_linestyle((0, (2, 1.5)))
 
 
-def _draw_yield_stress(axes: Axes) -> None:
+def _draw_yield_stress(axes: Axes, panel: str) -> None:
     """Mark the paper's yield stress, which only a bulk rate should feel."""
     value, error = paper.YIELD_STRESS.value, paper.YIELD_STRESS.uncertainty or 0.0
+    known = {"yield_stress": value, "yield_stress_error": error}
+    points = {key: Quantity([each], "stress unit", key) for key, each in known.items()}
+    show(axes, panel, "yield stress of the paper", _told(points))
     axes.axhspan(value - error, value + error, color="0.85", linewidth=0, zorder=0)
     axes.axhline(value, color="0.45", linewidth=0.8, linestyle=(0, (4, 2)), zorder=0.5)
     axes.annotate(
@@ -196,7 +221,12 @@ def _widen(axes: Axes) -> None:
     axes.xaxis.set_minor_formatter(NullFormatter())
 
 
-def _draw_fit(axes: Axes, fits: xr.Dataset) -> None:
+def _told(points: dict[str, Quantity]) -> dict[str, Quantity]:
+    """Return quantities with their names as their meanings."""
+    return {key: each._replace(meaning=key.replace("_", " ")) for key, each in points.items()}
+
+
+def _draw_fit(axes: Axes, fits: xr.Dataset, cell: dict[str, Quantity]) -> None:
     """Draw the pooled fit over the range of the panel, or say why there is none."""
     message = str(fits["pooled_fit_message"].item())
     if not message.startswith(FITTED):
@@ -210,6 +240,7 @@ def _draw_fit(axes: Axes, fits: xr.Dataset) -> None:
     stress = flow_law(rate, yield_stress, consistency, index)
     slope = np.stack((np.ones_like(rate), rate**index, consistency * rate**index * np.log(rate)))
     variance = np.einsum("ir,ij,jr->r", slope, fits["pooled_covariance"].values, slope)
+    bottom = top = np.full_like(rate, np.nan)
     if np.isfinite(variance).all():
         error = np.sqrt(np.maximum(variance, 0.0))
         bottom, top = np.maximum(stress - error, 0.01 * stress), stress + error
@@ -223,6 +254,31 @@ def _draw_fit(axes: Axes, fits: xr.Dataset) -> None:
     )
     axes.plot(rate, stress, color="black", linewidth=1.0, zorder=2, label=words)
     axes.set_xlim(low, high)
+    _keep_fit(axes, fits, cell, rate, stress, bottom, top)
+
+
+def _keep_fit(
+    axes: Axes,
+    fits: xr.Dataset,
+    cell: dict[str, Quantity],
+    rate: FloatArray,
+    stress: FloatArray,
+    bottom: FloatArray,
+    top: FloatArray,
+) -> None:
+    """Keep the numbers of the fitted curve and its band, and what the legend says of it."""
+    law = "flow law fitted to all roughnesses"
+    curve = {
+        "shear_rate_bulk": Quantity(rate, "1 / time unit"),
+        "shear_stress": Quantity(stress, "stress unit"),
+        "shear_stress_low": Quantity(bottom, "stress unit"),
+        "shear_stress_high": Quantity(top, "stress unit"),
+    }
+    show(axes, "shear_rate_bulk", law, _told(curve), cell)
+    names = [f"{name}{end}" for name in ("yield_stress", "flow_index") for end in ("", "_error")]
+    said = {name: quantity(fits[f"pooled_{name}"]) for name in names}
+    points = {name: each._replace(values=[float(each.values)]) for name, each in said.items()}
+    show(axes, "shear_rate_bulk", f"{law}: parameters", _told(points), cell)
 
 
 def _measured(fits: xr.Dataset, name: str) -> str:

@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from softslip.figures.drawing import COLOURS, MARKERS, WIDE, grid_of_panels, note, styled
+from softslip.figures.shown import Quantity, quantity, show, words
 
 VERDICTS = {
     "correct": ("#8fd0b6", "correct"),
@@ -56,22 +57,33 @@ def stability_map(dataset: xr.Dataset) -> Figure:
     figure = Figure(figsize=(WIDE, ROW * len(groups) + 1.0), layout="constrained")
     columns = figure.subplots(1, len(SCHEMES), sharey=True)
     widest = max(int((dataset["group"] == name).sum()) for name in groups)
-    for axes, (scheme, words) in zip(columns, SCHEMES.items(), strict=True):
+    for axes, (scheme, title) in zip(columns, SCHEMES.items(), strict=True):
         shown = dataset.isel(cell=np.flatnonzero(dataset["scheme"].values == scheme))
         rows = [shown.isel(cell=np.flatnonzero(shown["group"].values == name)) for name in groups]
         widest = max(row.sizes["cell"] for row in rows)
         for number, row in enumerate(rows):
             _draw_row(axes, number, row, widest)
+            _keep_row(axes, scheme, groups[number], row)
         axes.set(xlim=(0, 1), ylim=(len(groups) - 0.5, -0.5), xticks=[])
-        axes.set_title(words)
+        axes.set_title(title)
         axes.tick_params(which="both", left=False, right=False, top=False, bottom=False)
         axes.spines[:].set_visible(False)
     columns[0].set_yticks(range(len(groups)), [AXES.get(name, name) for name in groups])
-    patches = [Patch(color=colour, label=words) for colour, words in VERDICTS.values()]
+    patches = [Patch(color=colour, label=verdict) for colour, verdict in VERDICTS.values()]
     figure.legend(handles=patches, loc="outside upper center", ncols=len(patches))
     counts = ", ".join(f"{int((dataset['verdict'] == name).sum())} {name}" for name in VERDICTS)
     note(figure, f"{dataset.sizes['cell']} cells: {counts}", "values grow from left to right")
     return figure
+
+
+def _keep_row(axes: Axes, scheme: str, group: str, row: xr.Dataset) -> None:
+    """Keep the cells of a group from left to right."""
+    points = {
+        "place": Quantity(np.arange(row.sizes["cell"]), "1", "number of the cell in its row"),
+        "label": quantity(row["label"], words(row["label"].values)),
+        "verdict": quantity(row["verdict"], words(row["verdict"].values)),
+    }
+    show(axes, scheme, "cells", points, {"group": Quantity(group, "1", "what is varied")})
 
 
 def _draw_row(axes: Axes, number: int, row: xr.Dataset, widest: int) -> None:
@@ -135,6 +147,12 @@ def _draw_euler(axes: Axes, dataset: xr.Dataset) -> None:
             markerfacecolor="none",
             label=f"{mobility}, $\\beta$ = {roughness:g}",
         )
+        points = {
+            name: quantity(dataset[name], values[chosen])
+            for name, values in (("euler_theory", theory), ("euler_limit", limit))
+        }
+        at = {"mobility": Quantity(mobility), "roughness": Quantity(roughness)}
+        show(axes, "a", "explicit Euler", points, at)
     axes.set(xscale="log", yscale="log", xlim=ends, ylim=ends)
     axes.set(xlabel=r"$2/\rho$ [time unit]", ylabel=r"longest stable $\Delta t$ [time unit]")
     axes.set_title("(a) explicit Euler")
@@ -143,17 +161,19 @@ def _draw_euler(axes: Axes, dataset: xr.Dataset) -> None:
 
 def _draw_stages(axes: Axes, dataset: xr.Dataset) -> None:
     stages = dataset["stages"].values
-    for name, style, words in (
+    for name, style, label in (
         ("rkc2_theory", "-", "theory"),
         ("rkc2_limit", "o", "measured"),
     ):
+        points = {"stages": quantity(dataset["stages"]), name: quantity(dataset[name])}
+        show(axes, "b", f"rkc2, {label}", points)
         axes.plot(
             stages,
             dataset[name].values,
             style,
             color="0.5" if style == "-" else COLOURS[0],
             markerfacecolor="none",
-            label=words,
+            label=label,
         )
     axes.set(xscale="log", yscale="log", xlabel=r"stages $s$", ylabel=r"$\Delta t$ [time unit]")
     ticks = [str(int(each)) for each in stages]

@@ -7,6 +7,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from numpy.typing import NDArray
 
 from softslip.figures.drawing import (
     LINES,
@@ -19,6 +20,7 @@ from softslip.figures.drawing import (
     styled,
     with_dimensions,
 )
+from softslip.figures.shown import place, quantity, show
 from softslip.observables import mean_over_seeds
 
 THIN, THICK = 0.5, 1.4
@@ -63,12 +65,15 @@ def _draw_row(single: xr.Dataset, mean: xr.Dataset, axes: list[Axes]) -> None:
             for seed in range(single.sizes["seed"]):
                 runs = single.isel(roughness=number, seed=seed)
                 _draw_bundle(panel, runs, "shear_rate_wall", "-", THIN)
+                _keep_bundle(panel, letter, "run", runs, "shear_rate_wall")
         _draw_bundle(panel, mean.isel(roughness=number), "shear_rate_wall", "-", THICK)
+        _keep_bundle(panel, letter, "mean", mean.isel(roughness=number), "shear_rate_wall")
         words = named("roughness", roughnesses[number])
         panel.set_title(rf"({letter}) $\dot\gamma_\mathrm{{wall}}$, {words}".rstrip(", "))
     for number, index in enumerate(order):
         style = LINES[number % len(LINES)]
         _draw_bundle(axes[2], mean.isel(roughness=index), "shear_rate_bulk", style, THIN + 0.5)
+        _keep_bundle(axes[2], "c", "mean", mean.isel(roughness=index), "shear_rate_bulk")
     axes[2].set_title(r"(c) $\dot\gamma_\mathrm{bulk}$, all $\beta$")
     limits = [panel.get_ylim() for panel in axes if panel.lines]
     for panel in axes:
@@ -83,12 +88,26 @@ def _draw_bundle(axes: Axes, runs: xr.Dataset, name: str, style: Any, width: flo
     """Draw one series for all stresses."""
     axes.set(xscale="log", yscale="log")
     for number, colour in enumerate(sequence(runs.sizes["stress"])):
-        rate = runs[name].isel(stress=number).values
-        with np.errstate(invalid="ignore"):
-            shown = np.where(rate > 0, rate, np.nan)
+        shown = _positive(runs[name].isel(stress=number).values)
         if np.isfinite(shown).any():
             time = runs["time"].values
             axes.plot(time, shown, color=colour, linestyle=style, linewidth=width)
+
+
+def _positive(rate: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return rates for a logarithmic axis: one that is not positive leaves a gap."""
+    with np.errstate(invalid="ignore"):
+        return np.where(rate > 0, rate, np.nan)
+
+
+def _keep_bundle(axes: Axes, panel: str, kind: str, runs: xr.Dataset, name: str) -> None:
+    """Keep the numbers of one series for all stresses, where there are any."""
+    for number in range(runs.sizes["stress"]):
+        one = runs[name].isel(stress=number)
+        rate = _positive(one.values)
+        if np.isfinite(rate).any():
+            points = {"time": quantity(one["time"]), name: quantity(one, rate)}
+            show(axes, panel, kind, points, place(one))
 
 
 def _add_legends(figure: Figure, bulk: Axes, mean: xr.Dataset) -> None:

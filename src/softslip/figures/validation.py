@@ -21,6 +21,8 @@ from softslip.figures.drawing import (
     note,
     styled,
 )
+from softslip.figures.shown import Quantity, coordinates, quantity, show
+from softslip.figures.shown import words as texts
 
 LEVELS = ("literal", "preview", "standard", "paper", "converged")
 """Fidelities in the order of their colours; others come after."""
@@ -63,7 +65,7 @@ def validation(*datasets: xr.Dataset) -> Figure:
     figure, grid = grid_of_panels(rows, COLUMNS, width=WIDE, height=2.6)
     places = list(itertools.chain.from_iterable(grid))
     for number, (axes, (draw, dataset)) in enumerate(zip(places, panels, strict=False)):
-        draw(axes, dataset)
+        draw(axes, dataset, chr(ord("a") + number))
         axes.set_title(f"({chr(ord('a') + number)}) {axes.get_title()}", loc="left")
         axes.set_title("")
     for axes in places[len(panels) :]:
@@ -163,7 +165,33 @@ def _has_errors(dataset: xr.Dataset) -> bool:
     return not leading or not bool((dataset[f"{leading}_error"] == 0).all())
 
 
-def _draw_results(axes: Axes, dataset: xr.Dataset) -> None:
+def _keep(
+    axes: Axes, panel: str, series: str, dataset: xr.Dataset, values: dict[str, xr.DataArray]
+) -> None:
+    """Keep what is drawn along a dimension, with what else is known of where it belongs."""
+    first = next(iter(values.values()))
+    (dim,) = first.dims
+    along = coordinates(first)[str(dim)]
+    numeric = _numeric(first.to_dataset(name="values"), str(dim))
+    told = along if numeric else texts([_text(value) for value in along.tolist()])
+    points = {str(dim): quantity(first[dim], told)}
+    points |= {name: quantity(each) for name, each in values.items()}
+    case = Quantity(str(dataset.attrs["case"]), "1", "flow with a known solution")
+    others = {
+        str(name): quantity(each, each.item() if _numeric_item(each) else _text(each.item()))
+        for name, each in first.coords.items()
+        if each.ndim == 0
+    }
+    level = str(dataset.attrs.get("fidelity", ""))
+    fidelity = {"fidelity": Quantity(level)} if level and "fidelity" not in dataset.dims else {}
+    show(axes, panel, series, points, {"case": case} | fidelity | others)
+
+
+def _numeric_item(value: xr.DataArray) -> bool:
+    return value.dtype.kind in "iu" or (value.dtype.kind == "f" and math.isfinite(value.item()))
+
+
+def _draw_results(axes: Axes, dataset: xr.Dataset, panel: str) -> None:
     """Draw what came out, and what should have: dashed."""
     leading, along = dataset.attrs["leading"], _along(dataset)
     axes.set_title(dataset.attrs["case"])
@@ -173,6 +201,8 @@ def _draw_results(axes: Axes, dataset: xr.Dataset) -> None:
     for style, _, part in _lines(dataset, along):
         axes.plot(x, part[f"{leading}_result"].values, **style)
         wanted = part[f"{leading}_reference"].values
+        names = (f"{leading}_result", f"{leading}_reference")
+        _keep(axes, panel, "result", dataset, {name: part[name] for name in names})
         grey: dict[str, Any] = (
             {"linestyle": "--"} if style["linestyle"] else {"linestyle": "", "marker": "_"}
         )
@@ -181,7 +211,7 @@ def _draw_results(axes: Axes, dataset: xr.Dataset) -> None:
     _explain(axes, dataset, along)
 
 
-def _draw_errors(axes: Axes, dataset: xr.Dataset) -> None:
+def _draw_errors(axes: Axes, dataset: xr.Dataset, panel: str) -> None:
     """Draw the leading error, thick, and a tolerance line."""
     leading, along = dataset.attrs["leading"], _along(dataset)
     axes.set_title(dataset.attrs["case"])
@@ -192,12 +222,17 @@ def _draw_errors(axes: Axes, dataset: xr.Dataset) -> None:
     x = _places(dataset, along)
     for style, _, part in _lines(dataset, along):
         axes.plot(x, _positive(part[f"{leading}_error"].values), **style)
+        names = [each for each in (f"{leading}_error", f"bare_{leading}_error") if each in part]
+        errors = {each: part[each].copy(data=_positive(part[each].values)) for each in names}
+        _keep(axes, panel, "error", dataset, errors)
         if f"bare_{leading}_error" in part:
             faint = {**style, "marker": "", "linestyle": ":", "linewidth": 0.8}
             axes.plot(x, _positive(part[f"bare_{leading}_error"].values), **faint)
     limits = dataset[f"{leading}_tolerance"]
     loosest = limits.max([dim for dim in limits.dims if dim != along])
     axes.plot(x, loosest.values, color="0.5", linestyle="--", linewidth=0.8, zorder=0)
+    largest = loosest.assign_attrs(limits.attrs)
+    _keep(axes, panel, "largest acceptable error", dataset, {f"{leading}_tolerance": largest})
     _explain(axes, dataset, along)
 
 
@@ -206,19 +241,29 @@ def _positive(values: Any) -> Any:
     return np.where(np.asarray(values) > 0, values, np.nan)
 
 
-def _draw_drag(axes: Axes, dataset: xr.Dataset) -> None:
+def _draw_drag(axes: Axes, dataset: xr.Dataset, panel: str) -> None:
     """Draw the drag on cylinders over their area fraction."""
     along = "concentration"
     axes.set_title("cylinders: drag")
     x = _places(dataset, along)
     for style, _, part in _lines(dataset, along):
         axes.plot(x, part["drag_result"].values, **{**style, "linestyle": ""})
+        _keep(axes, panel, "result", dataset, {"drag_result": part["drag_result"]})
     exact = dataset["bare_drag_reference"]
     exact = exact.mean([dim for dim in exact.dims if dim != along])
     axes.plot(x, exact.values, color="0.3", zorder=0, label="exact, without regularisation")
+    bare = dataset["bare_drag_reference"].attrs
+    exact = exact.assign_attrs(bare)
+    _keep(axes, panel, "exact, without regularisation", dataset, {"bare_drag_reference": exact})
     values = list(PUBLISHED_DRAG.values())
     label = "Sangani & Acrivos (1982)"
     axes.plot(list(PUBLISHED_DRAG), values, "+", color="k", markersize=9, label=label)
+    places = quantity(dataset[along], list(PUBLISHED_DRAG))
+    known = {
+        along: places,
+        "published_drag": Quantity(values, "1", "drag over viscosity and speed"),
+    }
+    show(axes, panel, label, known, {"case": Quantity(str(dataset.attrs["case"]))})
     _label(axes, dataset, along)
     axes.set(yscale="log", ylabel=r"drag $F/\eta U$")
     axes.legend(fontsize=6.5)

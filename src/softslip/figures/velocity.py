@@ -20,6 +20,7 @@ from softslip.figures.drawing import (
     styled,
     with_dimensions,
 )
+from softslip.figures.shown import place, quantity, show
 from softslip.observables import mean_over_seeds
 
 ZOOM = 4.0
@@ -69,6 +70,8 @@ def _draw_row(cell: xr.Dataset, wanted: float, left: Axes, right: Axes) -> None:
         for number, colour in enumerate(sequence(len(stresses))):
             label = named("stress", stresses[number])
             _draw_profile(axes, smooth.isel(stress=number), colour, label)
+    for number in range(len(stresses)):
+        _keep_profile(left, "left", smooth.isel(stress=number))
     _draw_zoom(inset, smooth)
     known = np.where(stresses > 0, stresses, np.inf)
     nearest = int(np.argmin(np.abs(np.log(known / wanted))))
@@ -77,6 +80,7 @@ def _draw_row(cell: xr.Dataset, wanted: float, left: Axes, right: Axes) -> None:
         colour = COLOURS[number % len(COLOURS)]
         line = driven.isel(roughness=number)
         _draw_profile(right, line, colour, named("roughness", roughness), WIDEST * SHRINK**number)
+        _keep_profile(right, "right", line)
     titles = (
         (left, named("roughness", smooth["roughness"].item())),
         (right, named("stress", stresses[nearest])),
@@ -103,6 +107,14 @@ def _draw_profile(
     if np.isfinite(error).any():
         low, high = velocity - error, velocity + error
         axes.fill_between(position, low, high, color=colour, alpha=0.2, linewidth=0)
+
+
+def _keep_profile(axes: Axes, panel: str, line: xr.Dataset) -> None:
+    """Keep the numbers of a profile, where there is one."""
+    if np.isfinite(line["normalised_velocity"].values).any():
+        kind = "walls steady" if bool(line["steady_wall"]) else "walls not steady"
+        names = ("normalised_position", "normalised_velocity", "normalised_velocity_error")
+        show(axes, panel, kind, {name: quantity(line[name]) for name in names}, place(line))
 
 
 def _draw_zoom(inset: Axes, smooth: xr.Dataset) -> None:

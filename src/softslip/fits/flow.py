@@ -127,7 +127,9 @@ def _herschel_bulkley(flow_curve: xr.Dataset, pooled: tuple[str, ...]) -> xr.Dat
         {"units": "products of the parameters' units", "long_name": "covariance of the fit"},
     )
     names = list(PARAMETERS)
-    return result.assign_coords(parameter=names, other_parameter=names)
+    words = {"long_name": "parameter of the flow law"}
+    labels = {dim: (dim, names, words) for dim in ("parameter", "other_parameter")}
+    return result.assign_coords(labels)
 
 
 def herschel_bulkley(flow_curve: xr.Dataset) -> xr.Dataset:

@@ -49,7 +49,8 @@ def collect(runs: Runs, function: Callable[[xr.Dataset], xr.Dataset]) -> xr.Data
     xr.Dataset
         The function's variables with one more dimension for each label, ahead of their own;
         numbers sorted by size, other values by their text. Where a run is missing, numbers are
-        NaN, flags False and texts empty. The variable ``status`` says "done" or "missing".
+        NaN, flags False and texts empty. The variable ``status`` says "done" or "missing", and
+        ``run_id`` which run of the shear stage it is.
 
     Raises
     ------
@@ -57,19 +58,24 @@ def collect(runs: Runs, function: Callable[[xr.Dataset], xr.Dataset]) -> xr.Data
         When no run is done, labels differ or values repeat, or results differ in size.
     """
     pairs = [(dict(labels), run) for labels, run in runs]
-    done = [(labels, function(run)) for labels, run in pairs if run is not None]
+    done = [
+        (labels, function(run), str(run.attrs.get("run", "")))
+        for labels, run in pairs
+        if run is not None
+    ]
     if not done:
         raise DatasetError(f"none of {len(pairs)} runs is done; run the shear stage first")
     axes = _axes([labels for labels, _ in pairs])
     shape = tuple(len(values) for values in axes.values())
     status = np.full(shape, MISSING, dtype="<U7")
+    identity = np.full(shape, "", dtype=object)
     template = done[0][1]
     filled = {name: _empty(shape, variable) for name, variable in template.data_vars.items()}
-    for labels, result in done:
+    for labels, result, name in done:
         place = tuple(_place(values, labels[label]) for label, values in axes.items())
         if status[place] == DONE:
             raise DatasetError(f"two runs have the same swept values {labels}; give them once")
-        status[place] = DONE
+        status[place], identity[place] = DONE, name
         _put(filled, place, result, template)
     swept = {label: (label, values, _axis_attributes(label)) for label, values in axes.items()}
     table = xr.Dataset(
@@ -80,6 +86,7 @@ def collect(runs: Runs, function: Callable[[xr.Dataset], xr.Dataset]) -> xr.Data
         coords={**template.coords, **swept},
     )
     table["status"] = tuple(axes), status, {"units": "1", "long_name": "whether a run is done"}
+    table["run_id"] = tuple(axes), identity, {"units": "1", "long_name": "run that it comes from"}
     return _with_common_values(table, [run for _, run in pairs if run is not None])
 
 

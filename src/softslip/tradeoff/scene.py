@@ -49,10 +49,11 @@ def prepare(plan: Plan, tell: Tell = silent) -> xr.Dataset:
         for stress in plan.stresses:
             tell(f"shearing at roughness {roughness:g} and stress {stress:g}")
             found.append(_flowing(aged, plan, stress, roughness))
-    names = ["stress", "roughness"]
     places = [(stress, roughness) for roughness in plan.roughnesses for stress in plan.stresses]
+    stresses, roughnesses = map(list, zip(*places, strict=True))
     return _joined(found).assign_coords(
-        {name: ("scene", [place[number] for place in places]) for number, name in enumerate(names)}
+        stress=("scene", stresses, {"units": "stress unit", "long_name": "imposed stress"}),
+        roughness=("scene", roughnesses, {"units": "1", "long_name": "wall roughness"}),
     )
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from softslip.conventions import FLAG_ATTRIBUTES
 from softslip.fidelity import LEVELS
 from softslip.geometry import BoolArray, FloatArray
 from softslip.mobility.grid import regularisation_length
@@ -99,6 +100,7 @@ def gather(members: Sequence[xr.Dataset], steady: Sequence[xr.Dataset]) -> xr.Da
         found = found.merge(gather_steady(steady), combine_attrs="override")
     for name, (units, meaning) in VARIABLES.items():
         found[name].attrs.update(units=units, long_name=meaning)
+    found["pareto"].attrs.update(FLAG_ATTRIBUTES)
     return found
 
 
@@ -208,15 +210,18 @@ def _coordinates(table: Comparison) -> dict[str, Any]:
     def numerics(key: str, value: str) -> list[float]:
         return [float(tree.get(key, {}).get(value, np.nan)) for tree in table.trees]
 
+    def attributes(key: str) -> list[str]:
+        return [each.attrs[key] for each in table.members]
+
     cells = np.array(numerics("hydrodynamics", "resolution")) * REFERENCE_MESH_SIZE
     first = table.members[0]
     return {
-        "member": table.names,
-        "quantity": list(RATES),
+        "member": ("member", table.names, _words("name of the numerical scheme")),
+        "quantity": ("quantity", list(RATES), _words("observable")),
         **{name: first[name] for name in SCENE},
-        "kind": ("member", table.kinds),
-        "level": ("member", [each.attrs["level"] for each in table.members]),
-        "effect": ("member", [each.attrs["effect"] for each in table.members]),
+        "kind": ("member", table.kinds, _words("what it is there for")),
+        "level": ("member", attributes("level"), _words("level of fidelity that it varies")),
+        "effect": ("member", attributes("effect"), _words("what it shows the effect of")),
         "regularisation": (
             "member",
             table.spreads,
@@ -232,9 +237,17 @@ def _coordinates(table: Comparison) -> dict[str, Any]:
             numerics("time_stepping", "tolerance"),
             _named("error of a step over the contact range that is accepted"),
         ),
-        "settings": ("member", [_settings(each) for each in table.members]),
-        "status": ("member", [_status(each) for each in table.members]),
+        "settings": (
+            "member",
+            [_settings(each) for each in table.members],
+            _words("numerical settings as JSON"),
+        ),
+        "status": ("member", [_status(each) for each in table.members], _words("done, or why not")),
     }
+
+
+def _words(meaning: str) -> dict[str, str]:
+    return {"long_name": meaning}
 
 
 def _named(meaning: str) -> dict[str, str]:

@@ -1,0 +1,194 @@
+"""`softslip plan`: what Snakemake would do for a scenario, and what that will take."""
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.console import Console, Group, RenderableType
+from rich.filesize import decimal
+from rich.table import Table
+from rich.text import Text
+
+from softslip.cli.common import AsJson, Results, ScenarioName, one_line_errors
+from softslip.cli.status import counted, duration
+from softslip.stages import STAGES
+from softslip.sweep import Scenario, load_scenario
+
+if TYPE_CHECKING:
+    from softslip.plan import Plan, StagePlan, Task
+
+app = typer.Typer()
+
+MOST_ROWS = 50
+"""Runs that are listed unless all are asked for."""
+
+HOUR = 3600.0
+
+Every = Annotated[bool, typer.Option("--all", help="List every run, those that are reused too.")]
+Cores = Annotated[int, typer.Option(min=1, help="Cores that the wall time is estimated for.")]
+Against = Annotated[
+    str | None,
+    typer.Option(metavar="SCENARIO", help="List what this other scenario does not have."),
+]
+Table_ = Annotated[Path, typer.Argument(metavar="FILE", help="The table to write, JSON.")]
+
+
+@app.command()
+@one_line_errors
+def plan(
+    scenario: ScenarioName,
+    results: Results = None,
+    as_json: AsJson = False,
+    against: Against = None,
+    cores: Cores = 2,
+    every: Every = False,
+) -> None:
+    """Say what snakemake would run for a scenario, what it would reuse, and what that takes.
+
+    Counted are the stages of the runs; the tables and figures made from them take seconds each.
+    """
+    from softslip.plan import make_plan
+
+    loaded = load_scenario(scenario)
+    other = None if against is None else load_scenario(against)
+    folder = results or Path("results") / loaded.name
+    made = make_plan(loaded, folder, other)
+    if as_json:
+        print(json.dumps(_as_mapping(loaded, folder, made, other, cores)))
+        return
+    title = Text(f"{loaded.name}: {loaded.description}")
+    rows = _runs_table(loaded, made, every)
+    console = Console(width=None if sys.stdout.isatty() else 160)
+    shown = Group(title, _summary(made), *_remarks(made, other, cores), *rows)
+    console.print(shown, crop=False)
+
+
+@app.command(hidden=True)
+@one_line_errors
+def calibrate(table: Table_) -> None:
+    """Measure for some minutes what runs cost here, and write the table that plans start from."""
+    from softslip.calibration import calibrate as measure
+
+    measure(table, _tell)
+
+
+def _tell(sentence: str) -> None:
+    print(sentence, file=sys.stderr, flush=True)
+
+
+def _summary(made: "Plan") -> Table:
+    """Return a table with a row for each stage, and one for all of them."""
+    from softslip.plan import BEGIN, CONTINUE, REUSE, RUNNING, SKIP
+
+    table = Table("stage")
+    names = {BEGIN: "to do", CONTINUE: "to go on", RUNNING: "running", REUSE: "reused"}
+    if any(stage.counts[SKIP] for stage in made.stages.values()):
+        names[SKIP] = "not needed"
+    for name in (*names.values(), "core-hours", "give or take", "disk"):
+        table.add_column(name, justify="right")
+    table.add_column("because")
+    for name, stage in made.stages.items():
+        counts = [str(stage.counts[action]) for action in names]
+        because = ", ".join(f"{reason} {count}" for reason, count in stage.reasons.items())
+        table.add_row(name, *counts, *_cost(stage), because)
+    table.add_section()
+    totals = [str(sum(stage.counts[action] for stage in made.stages.values())) for action in names]
+    table.add_row("all", *totals, *_cost(made), "")
+    return table
+
+
+def _cost(part: "Plan | StagePlan") -> list[str]:
+    """Return the cells of what is left to do, empty where nothing is."""
+    if not part.core_seconds:
+        return ["", "", ""]
+    return [f"{part.core_seconds / HOUR:.3g}", f"× {part.factor:.2g}", decimal(round(part.size))]
+
+
+def _remarks(made: "Plan", other: Scenario | None, cores: int) -> list[RenderableType]:
+    """Return lines on time, on where estimates come from, and on what needs attention."""
+    from softslip.plan import CHANGED, DAMAGED
+
+    lines = []
+    if made.chain:
+        path = " → ".join(f"{task.stage} {task.run[:8]}" for task in made.chain)
+        longest = duration(sum(task.core_seconds for task in made.chain))
+        wall = duration(made.wall_seconds(cores))
+        lines.append(f"longest chain: {longest} ({path})")
+        lines.append(f"wall time on {counted(cores, 'core')}: about {wall}")
+        finished = sum(made.stages[stage].finished for stage in STAGES)
+        source = counted(finished, "finished run") if finished else "the runs of costs.json"
+        lines.append(f"estimated from {source}")
+    else:
+        lines.append("nothing to do")
+    changed = sum(stage.reasons.get(CHANGED, 0) for stage in made.stages.values())
+    if changed:
+        lines.append(f"{counted(changed, 'dataset')} made by other code than the present one")
+    damaged = [task for task in made.tasks if task.reason == DAMAGED]
+    if damaged:
+        paths = ", ".join(f"{task.stage}/{task.run}.nc" for task in damaged)
+        lines.append(f"cannot be read, and Snakemake does not notice; delete: {paths}")
+    if other is not None and made.gone is not None:
+        gone = ", ".join(f"{len(runs)} {stage}" for stage, runs in made.gone.items())
+        lines.append(f"only in {other.name}: {gone}")
+    return [Text(line, no_wrap=True, overflow="ignore") for line in lines]
+
+
+def _runs_table(scenario: Scenario, made: "Plan", every: bool) -> list[RenderableType]:
+    """Return a table with a row for each run that is new in a sweep, or for all, if any.
+
+    Where nothing was ever done, all runs are new, and the scenario is shorter than their list.
+    """
+    from softslip.plan import REUSE
+
+    extended = made.gone is not None or any(task.action == REUSE for task in made.tasks)
+    shown = [task for task in made.tasks if every or (task.new and extended)]
+    if not shown:
+        return []
+    untold = 0 if every else max(len(shown) - MOST_ROWS, 0)
+    table = Table("stage", title=None if every else "new runs", title_justify="left")
+    table.add_column("run", no_wrap=True)
+    for axis in scenario.axes:
+        table.add_column(axis.label)
+    table.add_column("action")
+    table.add_column("because")
+    for name in ("done", "left", "disk"):
+        table.add_column(name, justify="right")
+    for task in shown[: len(shown) - untold]:
+        values = [str(task.coordinates.get(axis.label, "")) for axis in scenario.axes]
+        table.add_row(task.stage, task.run, *values, task.action, task.reason, *_amounts(task))
+    note = f"and {counted(untold, 'new run')} more; to list them all: --all"
+    return [table, Text(note)] if untold else [table]
+
+
+def _amounts(task: "Task") -> list[str]:
+    """Return the cells of what is done and what is left."""
+    if not task.is_open:
+        return ["", "", ""]
+    done = f"{task.fraction:.1%}" if task.fraction else ""
+    return [done, duration(task.core_seconds), decimal(round(task.size))]
+
+
+def _as_mapping(
+    scenario: Scenario, folder: Path, made: "Plan", other: Scenario | None, cores: int
+) -> dict[str, Any]:
+    """Return the plan as JSON has it."""
+    return {
+        "scenario": scenario.name,
+        "results": str(folder),
+        "against": None if other is None else other.name,
+        "stages": {
+            name: {**vars(stage), "counts": dict(stage.counts), "reasons": dict(stage.reasons)}
+            for name, stage in made.stages.items()
+        },
+        "core_seconds": made.core_seconds,
+        "bytes": made.size,
+        "factor": made.factor,
+        "cores": cores,
+        "wall_seconds": made.wall_seconds(cores),
+        "chain": [{"stage": task.stage, "run": task.run} for task in made.chain],
+        "chain_seconds": sum(task.core_seconds for task in made.chain),
+        "gone": made.gone,
+        "runs": [{**vars(task), "coordinates": dict(task.coordinates)} for task in made.tasks],
+    }

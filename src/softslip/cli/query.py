@@ -1,0 +1,135 @@
+"""`softslip query`: the runs that a condition holds for, as a table, a file or a dataset."""
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from softslip.cli.common import AsJson, one_line_errors
+from softslip.cli.common import Results as ResultsFolder
+from softslip.cli.export import check_csv
+from softslip.errors import ConfigError
+from softslip.fields import brief, file_text, printable
+from softslip.fingerprints import fingerprint
+from softslip.provenance import Work
+from softslip.storage import replacing, write_dataset
+from softslip.sweep import FOLDER, load_scenario
+
+if TYPE_CHECKING:
+    from softslip.results import Results
+
+app = typer.Typer()
+
+SHORTENED = {"commit": 10, "fingerprint": 10, "environment": 10, "lock_sha256": 10}
+"""Characters that a table for people shows of digests."""
+
+Source = Annotated[
+    str,
+    typer.Argument(metavar="SCENARIO_OR_FOLDER", help="Scenario, or a folder with results."),
+]
+Expression = Annotated[
+    str, typer.Argument(metavar="EXPR", help="Such as 'roughness == 0 and stress > 0.1'.")
+]
+Columns = Annotated[
+    str, typer.Option(metavar="A,B,C", help="What to show: any names that EXPR can have.")
+]
+Csv = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the table as CSV.")]
+NcOutput = Annotated[
+    Path | None, typer.Option(metavar="FILE.nc", help="Gather the runs into a dataset.")
+]
+Gathered = Annotated[
+    str, typer.Option("--table", help="What --output gathers: flow_curve, creep or profiles.")
+]
+
+
+@app.command()
+@one_line_errors
+def query(
+    source: Source,
+    expression: Expression = "",
+    columns: Columns = "",
+    as_json: AsJson = False,
+    csv: Csv = None,
+    output: NcOutput = None,
+    table: Gathered = "flow_curve",
+    results: ResultsFolder = None,
+) -> None:
+    """List the runs that a condition on parameters or provenance holds for."""
+    work = Work()
+    if csv is not None:
+        check_csv(csv, "csv")
+    if output is not None and output.suffix != ".nc":
+        raise ConfigError("output", brief(str(output)), "does not end in .nc", "give out.nc")
+    found = _opened(source, results)
+    for sentence in found.unreadable:
+        print(sentence, file=sys.stderr)
+    chosen = found.query(expression) if expression.strip() else found
+    wanted = [name.strip() for name in columns.split(",")] if columns.strip() else []
+    frame = chosen.table(wanted)
+    if output is not None:
+        _gather(chosen, table, output, work, source)
+    if csv is not None:
+        with replacing(csv) as temporary:
+            frame.to_csv(temporary, index=False, lineterminator="\n")
+    if as_json:
+        told = {"folder": str(chosen.folder), "query": expression, "runs": chosen.rows(wanted)}
+        print(json.dumps(told))
+    elif csv is None and output is None:
+        _show(chosen, frame, expression)
+
+
+def _opened(source: str, results: Path | None) -> "Results":
+    """Return the results of a folder, or of a scenario, which wins where a name is both."""
+    from softslip.results import open_results, scenario_results
+    from softslip.status import survey
+
+    named = source.endswith(".yaml") or (FOLDER / f"{source}.yaml").is_file()
+    if not named and Path(source).is_dir():
+        if results is not None:
+            raise ConfigError("results", brief(str(results)), "is given with a folder", "give one")
+        return open_results(source)
+    if not named and "/" in source:
+        raise ConfigError(
+            "folder", brief(source), "is no folder", "give a scenario or a folder of results"
+        )
+    scenario = load_scenario(source)
+    folder = results or Path("results") / scenario.name
+    states = {(run.stage, run.run): run.state for run in survey(scenario, folder).runs}
+    return scenario_results(scenario, folder, states)
+
+
+def _gather(chosen: "Results", table: str, output: Path, work: Work, source: str) -> None:
+    """Write the chosen runs' data as one dataset, with what it was made from."""
+    gathered, parents = chosen.gathered(table)  # type: ignore[arg-type]
+    labels = work.labels(parents, fingerprint=fingerprint("gather"))
+    labelled = gathered.assign_attrs(parameters=chosen.as_json(), **labels)
+    name = Path(source).name.removesuffix(".yaml") or "results"
+    asked = " and ".join(f"({each})" for each in chosen.asked)
+    title = f"{table} of {name}" + f" where {asked}" * bool(asked)
+    write_dataset(labelled, output, stage=table, run=name, title=title)
+    print(f"wrote {table} of {len(parents)} runs to {output}", file=sys.stderr)
+
+
+def _show(chosen: "Results", frame: Any, expression: str) -> None:
+    """Print the table and how many runs it lists."""
+    title = printable(expression) if expression.strip() else file_text(chosen.folder)
+    table = Table(title=Text(title))
+    for name in frame.columns:
+        table.add_column(name, no_wrap=name == "run")
+    for row in frame.itertuples(index=False):
+        pairs = zip(frame.columns, row, strict=True)
+        table.add_row(*(Text(_text(value)[: SHORTENED.get(name)]) for name, value in pairs))
+    console = Console(width=None if sys.stdout.isatty() else 160)
+    console.print(table)
+    console.print(f"{len(frame)} {'run' if len(frame) == 1 else 'runs'}", highlight=False)
+
+
+def _text(value: Any) -> str:
+    if value is None or value != value:
+        return ""
+    return f"{value:g}" if isinstance(value, float) else printable(str(value))

@@ -1,0 +1,376 @@
+"""`softslip trace`: from a figure, a dataset or a number back to the runs behind it."""
+
+import json
+import sys
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.text import Text
+from rich.tree import Tree
+
+from softslip.cli.common import FAILURE_EXIT, AsJson, Results, check_output, one_line_errors
+from softslip.errors import ConfigError
+from softslip.fields import brief, file_text
+from softslip.stages import STAGES
+
+if TYPE_CHECKING:
+    from softslip.contributions import Part
+    from softslip.origins import Origin
+    from softslip.trace import Group, Node, Trace
+
+app = typer.Typer()
+
+UNBROKEN = 10_000
+"""Width of what is not shown on a terminal: lines that are not broken can be searched."""
+
+MOST_LINES = 8
+"""Most problems, and most values, that are listed without --all."""
+
+TargetText = Annotated[
+    str,
+    typer.Argument(
+        metavar="TARGET",
+        help="A figure, a dataset, or a value such as "
+        "results/demo/fits.nc:yield_stress[roughness=0].",
+    ),
+]
+Every = Annotated[bool, typer.Option("--all", help="List each run, value and problem.")]
+GraphFile = Annotated[
+    Path | None, typer.Option(help="Draw what was made from what, as .png, .svg or .pdf.")
+]
+
+
+@app.command(name="trace")
+@one_line_errors
+def trace_command(
+    target: TargetText,
+    results: Results = None,
+    as_json: AsJson = False,
+    every: Every = False,
+    graph: GraphFile = None,
+) -> None:
+    """Say what a figure, a dataset or a value was made from, back to seeds, commits and hosts."""
+    from softslip.targets import read_target
+    from softslip.trace import trace
+
+    if graph is not None:
+        _check_graph(graph)
+    found = trace(read_target(target), results)
+    if as_json:
+        print(json.dumps(_as_mapping(found)))
+    else:
+        _print(found, every)
+    if graph is not None:
+        _draw(found, graph)
+    if found.problems:
+        raise typer.Exit(FAILURE_EXIT)
+
+
+def _check_graph(path: Path) -> None:
+    """Refuse a file that no figure can be written to.
+
+    Raises
+    ------
+    ConfigError
+        Before anything is read.
+    """
+    from softslip.stamps import FORMATS
+
+    if path.suffix not in FORMATS:
+        limit, remedy = "is no figure", f"give a file that ends in {', '.join(FORMATS)}"
+        raise ConfigError("graph", brief(str(path)), limit, remedy)
+    check_output(path)
+
+
+def _draw(found: "Trace", path: Path) -> None:
+    """Draw what was made from what, and label the file with what it shows."""
+    from softslip import figures
+    from softslip.diagrams import diagram
+    from softslip.fingerprints import fingerprint
+    from softslip.provenance import Work
+    from softslip.stamps import FIGURE
+    from softslip.storage import CONTENT_DIGEST
+
+    work, root = Work(), found.nodes[0]
+    drawn = diagram(found)
+    figure = figures.lineage(drawn.boxes, drawn.arrows, drawn.headings, drawn.notes)
+    labels = {
+        "title": "lineage",
+        "stage": FIGURE,
+        "run": root.run,
+        "parameters": {"target": str(found.target)},
+        "parents": [{"stage": root.stage, "run": root.run, CONTENT_DIGEST: root.id}],
+    }
+    told = work.provenance(fingerprint=fingerprint("draw"))
+    record = "" if root.product is None else root.product.record
+    figures.save_figure(figure, path, labels, told | {"parent_records": [record]})
+
+
+def _print(found: "Trace", every: bool) -> None:
+    """Print the summary, the tree and the problems."""
+    console = Console(width=None if sys.stdout.isatty() else UNBROKEN, highlight=False)
+    for words in (*_subject(found, every), *_summary(found)):
+        console.print(Text(words))
+    console.print(_tree(found, every))
+    if found.problems:
+        console.print(Text(f"{_count(len(found.problems), 'problem')}:"))
+        for sentence in _first([sentence for _, sentence in found.problems], every):
+            console.print(Text(f"- {sentence}"))
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"
+
+
+def _first(sentences: Sequence[str], every: bool) -> list[str]:
+    """Return some sentences, and how many more there are."""
+    if every or len(sentences) <= MOST_LINES:
+        return list(sentences)
+    return [
+        *sentences[:MOST_LINES],
+        f"and {len(sentences) - MOST_LINES} more; list them with --all",
+    ]
+
+
+def _subject(found: "Trace", every: bool) -> Iterator[str]:
+    """Yield what the target is, and its values."""
+    from softslip.contributions import fit_message
+    from softslip.targets import measured, with_error
+
+    root, values = found.nodes[0], found.values
+    if values is None:
+        yield f"{root.label}, {file_text(root.path)}"
+        return
+    yield f"{values.name} = {measured(values)}"
+    yield f"{values.meaning}, {file_text(values.product.path)}"
+    if message := fit_message(values):
+        yield message
+    if values.asked != values.product.path:
+        yield f"{values.variable} is not in {file_text(values.asked)}, but in what was made from it"
+    cells = list(values.cells())
+    if every and len(cells) > 1:
+        for at, value, error in cells:
+            yield f"  {_at(at)}: {with_error(value, error)} {values.units}".rstrip()
+
+
+def _at(coordinates: Any) -> str:
+    from softslip.origins import shown
+
+    return ", ".join(f"{name} {shown(value)}" for name, value in coordinates.items())
+
+
+def _summary(found: "Trace") -> Iterator[str]:
+    """Yield how many runs there are behind the target, and where all of it was made."""
+    from softslip.origins import CHANGED, origin_of
+
+    origin = origin_of(found.products)
+    yield f"from {_sources(found)}{_seeds(origin)}"
+    yield from _left_out(found)
+    yield "; ".join(_facts(origin))
+    if len(origin.environments) == 1:
+        yield origin.environments[0]
+    else:
+        yield f"{len(origin.environments)} different sets of software"
+    if any(commit.endswith(CHANGED) for commit in origin.commits):
+        yield f"{CHANGED} with uncommitted changes"
+
+
+def _sources(found: "Trace") -> str:
+    """Return how many runs there are, and what of them was used where it is not the same."""
+    from softslip.trace import LAST
+
+    runs = sum(node.stage == LAST for node in found.nodes)
+    known = runs or found.parts is not None
+    told = _count(runs, f"{LAST} run") if known else _count(len(found.nodes) - 1, "file")
+    used: dict[str, set[str]] = {}
+    for part in found.parts or ():
+        if part.of and not part.left_out:
+            used.setdefault(part.of, set()).add(part.run)
+    if used:
+        told += f" ({', '.join(f'{name} of {len(each)}' for name, each in used.items())})"
+    return told
+
+
+def _left_out(found: "Trace") -> Iterator[str]:
+    """Yield how many runs of a table have not entered, by reason."""
+    reasons = Counter((part.of, part.left_out) for part in found.parts or () if part.left_out)
+    if reasons:
+        told = [
+            f"{count} {name} {why}".replace("  ", " ") for (name, why), count in reasons.items()
+        ]
+        yield f"left out: {', '.join(told)}"
+
+
+def _seeds(origin: "Origin") -> str:
+    """Return the seeds, with unbroken rows as ranges."""
+    rows: list[list[int]] = []
+    for seed in origin.seeds:
+        if rows and seed == rows[-1][1] + 1:
+            rows[-1][1] = seed
+        else:
+            rows.append([seed, seed])
+    told = ", ".join(f"{low}" if low == high else f"{low}-{high}" for low, high in rows)
+    return f", {'seeds' if len(origin.seeds) > 1 else 'seed'} {told}" if told else ""
+
+
+def _facts(origin: "Origin") -> Iterator[str]:
+    """Yield commits, hosts, effort, restarts and dates."""
+    from softslip.origins import listed
+
+    yield f"{'commits' if len(origin.commits) > 1 else 'commit'} {listed(origin.commits)}"
+    yield f"{'hosts' if len(origin.hosts) > 1 else 'host'} {listed(origin.hosts)}"
+    yield from _work(origin)
+
+
+def _work(origin: "Origin") -> Iterator[str]:
+    """Yield effort, restarts and dates."""
+    from softslip.origins import effort
+
+    yield effort(origin.core_seconds)
+    if origin.restarts:
+        yield _count(origin.restarts, "restart")
+    times = [each[:16].replace("T", " ") for each in (origin.started, origin.ended) if each]
+    if times:
+        yield f"{' to '.join(dict.fromkeys(times))} UTC"
+
+
+def _own_facts(found: "Trace", nodes: Sequence["Node"]) -> str:
+    """Return what is not the same for all: code, effort, and commits and hosts if they differ."""
+    from softslip.origins import listed, origin_of
+
+    whole = origin_of(found.products)
+    own = origin_of(node.product for node in nodes if node.product is not None)
+    told = [listed(own.commits)] if len(whole.commits) > 1 else []
+    told += [listed(own.hosts)] if len(whole.hosts) > 1 else []
+    return "; ".join([*told, f"code {listed(own.fingerprints)}", *_work(own)])
+
+
+def _tree(found: "Trace", every: bool) -> Tree:
+    """Return the groups, each behind the one that was made from it."""
+    from softslip.trace import LAST
+
+    branches: list[Tree] = []
+    for group in found.groups:
+        words = Text(_headline(found, group))
+        branch = Tree(words) if group.behind is None else branches[group.behind].add(words)
+        branches.append(branch)
+        if every and len(group.nodes) > 1:
+            for row in _aligned([_cells(found, node) for node in group.nodes]):
+                branch.add(Text(row))
+    runs = next((group for group in found.groups if group.stage == LAST), None)
+    left = [part for part in found.parts or () if part.left_out]
+    if left:
+        # Beside the runs that entered, or below the target where none has.
+        place = 0 if runs is None or runs.behind is None else runs.behind
+        branch = branches[place].add(Text(f"{_count(len(left), 'cell')} left out"))
+        for row in _first([_reason(part) for part in left], every):
+            branch.add(Text(row))
+    return branches[0]
+
+
+def _reason(part: "Part") -> str:
+    """Return where a cell is, which run it is of, and why it was left out."""
+    told = " ".join(filter(None, (part.of, part.left_out)))
+    return "  ".join(filter(None, (_at(part.coordinates), part.run, told)))
+
+
+def _headline(found: "Trace", group: "Group") -> str:
+    """Return a group in one line."""
+    from softslip.origins import listed
+    from softslip.trace import FOUND
+
+    count, first = len(group.nodes), group.nodes[0]
+    if count == 1:
+        return "  ".join(filter(None, _cells(found, first)))
+    swept = [found.swept.get(node.id, {}) for node in group.nodes]
+    labels = dict.fromkeys(label for each in swept for label in each)
+    parts = [
+        f"{label} {listed(each[label] for each in swept if label in each)}" for label in labels
+    ]
+    states = Counter(node.state for node in group.nodes if node.state != FOUND)
+    parts += [f"{number} {state}" for state, number in sorted(states.items())]
+    if any(node.product is not None for node in group.nodes):
+        parts.append(_own_facts(found, group.nodes))
+    return f"{count} {group.stage}{' runs' if group.stage in STAGES else ''}: {'; '.join(parts)}"
+
+
+def _cells(found: "Trace", node: "Node") -> list[str]:
+    """Return what there is to say of one node."""
+    swept = _at(found.swept.get(node.id, {}))
+    if node.product is None:
+        return [node.label, swept, node.state]
+    remark = "; made again since, with the same content" if node.remade else ""
+    return [node.label, swept, f"{_own_facts(found, [node])}{remark}"]
+
+
+def _aligned(rows: list[list[str]]) -> list[str]:
+    """Return rows of cells as lines with columns."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    ]
+
+
+def _as_mapping(found: "Trace") -> dict[str, Any]:
+    """Return a trace as JSON has it; what is not known is null."""
+    return {
+        "target": str(found.target),
+        "results": str(found.folder),
+        "value": _value_mapping(found),
+        "nodes": [_node_mapping(found, node) for node in found.nodes],
+        "edges": [{"from": child, "to": parent} for child, parent in found.edges],
+        "problems": [{"node": node, "problem": sentence} for node, sentence in found.problems],
+    }
+
+
+def _node_mapping(found: "Trace", node: "Node") -> dict[str, Any]:
+    product = node.product
+    return {
+        "id": node.id,
+        "stage": node.stage,
+        "run": node.run,
+        "path": str(node.path),
+        "state": node.state,
+        "remade": node.remade,
+        "record_sha256": None if product is None else product.record,
+        "swept": dict(found.swept.get(node.id, {})),
+        "provenance": None if product is None else dict(product.provenance),
+    }
+
+
+def _value_mapping(found: "Trace") -> dict[str, Any] | None:
+    """Return the values, and the runs that they were computed from or that were left out."""
+    values = found.values
+    if values is None:
+        return None
+    cells = [
+        {"coordinates": at, "value": value, "error": error} for at, value, error in values.cells()
+    ]
+    parts = None
+    if found.parts is not None:
+        parts = [
+            {
+                "run": part.run or None,
+                "coordinates": dict(part.coordinates),
+                "of": part.of or None,
+                "left_out": part.left_out or None,
+            }
+            for part in found.parts
+        ]
+    single = cells[0] if len(cells) == 1 else {"value": None, "error": None}
+    return {
+        "path": str(values.product.path),
+        "variable": values.variable,
+        "long_name": values.meaning,
+        "units": values.data.attrs.get("units"),
+        "coordinates": values.coordinates,
+        "value": single["value"],
+        "error": single["error"],
+        "cells": cells,
+        "runs": parts,
+    }

@@ -1,0 +1,239 @@
+"""`softslip verify`: whether results are what they say, and come out again."""
+
+import json
+import secrets
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from rich.table import Table
+from rich.text import Text
+
+from softslip.cli.common import FAILURE_EXIT, AsJson, Results, ScenarioName, one_line_errors
+from softslip.errors import ConfigError
+from softslip.storage import replacing
+from softslip.sweep import load_scenario
+
+if TYPE_CHECKING:
+    from softslip.verification import Outcome, Task, Verdict, Verification
+
+app = typer.Typer()
+
+Sample = Annotated[
+    int | None,
+    typer.Option(min=1, metavar="N", help="Make N products again, chosen at random, and compare."),
+]
+Full = Annotated[bool, typer.Option("--full", help="Make every product again, and compare.")]
+Stretch = Annotated[
+    bool,
+    typer.Option(
+        "--stretch", help="Of runs that have left a checkpoint, make only the last stretch again."
+    ),
+]
+Seed = Annotated[
+    int | None,
+    typer.Option(min=0, help="Number that the sample follows from; another each time by default."),
+]
+Report = Annotated[
+    Path | None, typer.Option(metavar="FILE.json", help="Write all that was found to this file.")
+]
+Every = Annotated[bool, typer.Option("--all", help="List sound files and all remarks too.")]
+Complete = Annotated[
+    bool, typer.Option("--complete", help="Take products that are missing for problems too.")
+]
+
+MOST_NAMED = 10
+"""Missing products that are named without --all."""
+
+
+@app.command()
+@one_line_errors
+def verify(
+    scenario: ScenarioName,
+    results: Results = None,
+    sample: Sample = None,
+    full: Full = False,
+    stretch: Stretch = False,
+    seed: Seed = None,
+    complete: Complete = False,
+    report: Report = None,
+    as_json: AsJson = False,
+    every: Every = False,
+) -> None:
+    """Check the digests and the lineage of all results, and make some of them again.
+
+    The exit status is 0 if all is sound and 1 if there is any problem.
+    """
+    from softslip import verification
+
+    started, clock = datetime.now(UTC), time.monotonic()
+    _check_options(sample, full, stretch, seed, report)
+    loaded = load_scenario(scenario)
+    folder = results or Path("results") / loaded.name
+    with _bar("reading") as advance:
+        found = verification.verify(loaded, folder, lambda done, count: advance(done, count, ""))
+    tasks: Sequence[Task] = verification.tasks(found, stretch) if sample or full else ()
+    if sample:
+        seed = secrets.randbelow(2**32) if seed is None else seed
+        tasks = verification.chosen(tasks, sample, seed)
+    outcomes = _made_again(tasks, scenario, folder, seed if sample else None)
+    problems = len(found.problems) + sum(bool(each.problem) for each in outcomes)
+    problems += len(found.missing) if complete else 0
+    told = {
+        "verdict": "problem" if problems else "sound",
+        **found.as_mapping(),
+        "seed": seed if sample else None,
+        "executed_again": [each.as_mapping() for each in outcomes],
+        "times": {
+            "started": f"{started:%Y-%m-%dT%H:%M:%SZ}",
+            "seconds": round(time.monotonic() - clock, 3),
+        },
+    }
+    if report is not None:
+        with replacing(report) as temporary:
+            temporary.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+    if as_json:
+        print(json.dumps(told))
+    else:
+        _show(found, outcomes, every)
+    if problems:
+        raise typer.Exit(FAILURE_EXIT)
+
+
+def _check_options(
+    sample: int | None, full: bool, stretch: bool, seed: int | None, report: Path | None
+) -> None:
+    """Refuse options that contradict one another.
+
+    Raises
+    ------
+    ConfigError
+        Naming the one that is of no use.
+    """
+    if sample is not None and full:
+        raise ConfigError("sample", sample, "is given with --full", "leave out one of the two")
+    if stretch and not (sample or full):
+        raise ConfigError("stretch", True, "is given alone", "give --sample N or --full too")
+    if seed is not None and sample is None:
+        raise ConfigError("seed", seed, "is given without --sample", "leave it out")
+    if report is not None and report.suffix != ".json":
+        raise ConfigError(
+            "report", str(report), "does not end in .json", "give a file such as a.json"
+        )
+
+
+def _made_again(
+    tasks: "Sequence[Task]", scenario: str, folder: Path, seed: int | None
+) -> "list[Outcome]":
+    """Make products again, with a bar by the time that each took before."""
+    from softslip.verification import reexecute
+
+    if not tasks:
+        return []
+    total = sum(task.seconds for task in tasks)
+    chosen = f", chosen with --seed {seed}" if seed is not None else ""
+    print(f"making {len(tasks)} again{chosen}; estimated {_duration(total)}", file=sys.stderr)
+    outcomes, done = [], 0.0
+    with _bar("making again") as advance:
+        advance(0.0, total, tasks[0].name)
+        for number, outcome in enumerate(reexecute(tasks, scenario, folder), start=1):
+            outcomes.append(outcome)
+            done += outcome.task.seconds
+            following = tasks[number].name if number < len(tasks) else ""
+            advance(done, total, following)
+    return outcomes
+
+
+@contextmanager
+def _bar(what: str) -> "Iterator[Any]":
+    """Yield a function that shows on standard error how far something is; nothing in a log."""
+    console = Console(stderr=True)
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TimeRemainingColumn(),
+        TextColumn("{task.fields[now]}"),
+    )
+    with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
+        task = bar.add_task(what, total=None, now="")
+
+        def advance(done: float, total: float, now: str) -> None:
+            bar.update(task, completed=done, total=total, now=now)
+
+        yield advance
+
+
+def _duration(seconds: float) -> str:
+    """Return a time in the unit that suits it."""
+    for unit, length in (("h", 3600.0), ("min", 60.0)):
+        if seconds >= 2 * length:
+            return f"{seconds / length:.1f} {unit}"
+    return f"{seconds:.0f} s"
+
+
+def _show(found: "Verification", outcomes: "list[Outcome]", every: bool) -> None:
+    """Print a table, problems first, what is missing, and how many there are of each."""
+    console = Console(width=None if sys.stdout.isatty() else 160)
+    again = {each.task.name: each for each in outcomes}
+    rows = sorted(found.verdicts, key=lambda each: _rank(each, again.get(each.name)))
+    table = Table("file", "verdict")
+    if outcomes:
+        table.add_column("made again")
+    table.add_column("remarks")
+    for verdict in rows:
+        outcome = again.get(verdict.name)
+        if every or outcome or _rank(verdict, outcome) < 2:
+            table.add_row(*_cells(found.folder, verdict, outcome, bool(outcomes)))
+    if table.row_count:
+        console.print(table)
+    named = found.missing if every else found.missing[:MOST_NAMED]
+    for name in named:
+        console.print(Text(f"missing: {name}"))
+    if len(named) < len(found.missing):
+        console.print(f"missing: {len(found.missing) - len(named)} more; --all names them")
+    console.print(Text(_summary(found, outcomes)))
+
+
+def _rank(verdict: "Verdict", outcome: "Outcome | None") -> int:
+    """Return 0 for problems, 1 for what is not of the scenario, and 2 for all else."""
+    if verdict.problems or (outcome and outcome.problem):
+        return 0
+    return 1 if verdict.foreign else 2
+
+
+def _cells(
+    folder: Path, verdict: "Verdict", outcome: "Outcome | None", with_outcome: bool
+) -> list[Text | str]:
+    problems = [*verdict.problems, *([outcome.problem] if outcome and outcome.problem else [])]
+    remarks = ["not of this scenario"] if verdict.foreign else []
+    # The file's name is in the first column.
+    start = f"{folder / verdict.name}: "
+    said = [each.removeprefix(start) for each in (*problems, *verdict.remarks)]
+    cells: list[Text | str] = [Text(verdict.name), "problem" if problems else "sound"]
+    if with_outcome:
+        cells.append(f"{outcome.verdict} ({outcome.how})" if outcome else "")
+    return [*cells, Text("\n".join([*remarks, *said]))]
+
+
+def _summary(found: "Verification", outcomes: "list[Outcome]") -> str:
+    verdicts = found.verdicts
+    wrong = {each.name for each in verdicts if each.problems}
+    wrong |= {each.task.name for each in outcomes if each.problem}
+    words = [
+        f"{len(verdicts)} files",
+        f"{len(wrong)} with problems",
+        f"{len(found.missing)} missing",
+        f"{sum(each.foreign for each in verdicts)} not of this scenario",
+        f"{sum(each.other_code for each in verdicts)} made by other code than there is now",
+    ]
+    if outcomes:
+        words.append(f"{len(outcomes)} made again")
+    return ", ".join(words)

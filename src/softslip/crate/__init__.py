@@ -1,0 +1,17 @@
+"""Research objects: a scenario's results with what they were made from, as an RO-Crate."""
+
+from softslip.crate.contents import Contents, collect
+from softslip.crate.entities import files_of
+from softslip.crate.graph import Words
+from softslip.crate.writing import check_archive, check_folder, write_archive, write_folder
+
+__all__ = [
+    "Contents",
+    "Words",
+    "check_archive",
+    "check_folder",
+    "collect",
+    "files_of",
+    "write_archive",
+    "write_folder",
+]

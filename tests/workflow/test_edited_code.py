@@ -1,0 +1,62 @@
+"""What Snakemake would do again after an edit of the code: what the edit can have changed."""
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+from tiny import snakemake
+
+import softslip
+
+pytestmark = pytest.mark.workflow
+
+PACKAGE = Path(softslip.__file__).parent
+
+EDIT = "\n_EDITED = 1\n"
+REMARK = "\n# A remark.\n"
+
+AFTER_SHEAR = {"shear": 1, "gather": 3, "fit": 1, "figure": 3, "snapshot": 1}
+AFTER_EXPANSION = {"expansion": 1, "ageing": 1, **AFTER_SHEAR}
+
+EDITS = [
+    ("contacts.py", EDIT, {"ageing": 1, **AFTER_SHEAR}),
+    ("figures/membranes.py", EDIT, {"figure": 3, "snapshot": 1}),
+    ("contacts.py", REMARK, {}),
+    pytest.param("packing.py", EDIT, {"packing": 1, **AFTER_EXPANSION}, marks=pytest.mark.slow),
+    pytest.param("growth.py", EDIT, AFTER_EXPANSION, marks=pytest.mark.slow),
+    pytest.param(
+        "observables/steady.py",
+        EDIT,
+        {"gather": 3, "fit": 1, "figure": 3, "snapshot": 1},
+        marks=pytest.mark.slow,
+    ),
+    pytest.param(
+        "fits/slip.py", EDIT, {"fit": 1, "figure": 3, "snapshot": 1}, marks=pytest.mark.slow
+    ),
+    pytest.param("cli/stages.py", EDIT, {}, marks=pytest.mark.slow),
+    pytest.param("validation/couette.py", EDIT, {}, marks=pytest.mark.slow),
+]
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory) -> Path:
+    """Return a copy of the package that may be edited."""
+    folder = tmp_path_factory.mktemp("package") / "softslip"
+    return shutil.copytree(PACKAGE, folder, ignore=shutil.ignore_patterns("__pycache__"))
+
+
+@pytest.mark.parametrize(("module", "edit", "again"), EDITS)
+def test_an_edit_makes_again_what_it_can_have_changed(
+    whole: Path, package: Path, module: str, edit: str, again: dict[str, int]
+) -> None:
+    path = package / module
+    before = path.read_text()
+    path.write_text(before + edit)
+    try:
+        settings = {"PYTHONPATH": str(package.parent)}
+        said = snakemake(whole, "all", "--dry-run", "--quiet", "rules", settings=settings)
+    finally:
+        path.write_text(before)
+    found = {rule: int(count) for rule, count in re.findall(r"^(\w+) +(\d+)$", said, re.M)}
+    assert {rule: count for rule, count in found.items() if rule not in ("all", "total")} == again
