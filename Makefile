@@ -68,7 +68,7 @@ run: env ## run the workflow (CORES=2 SCENARIO=demo)
 test: check ## run the checks and the fast tests
 	@$(BIN)/pytest --numprocesses $(CORES)
 
-reliability: env ## kill, fill and damage what runs depend on, at full size (1 h, 1 core)
+reliability: env ## kill, fill and damage what runs depend on, at full size (½ h, 1 core)
 	@SOFTSLIP_RELIABILITY=results/reliability.json $(BIN)/pytest tests/reliability -m reliability
 
 mutation: $(MUTATION)/.installed ## count the small faults that the tests notice (½ h, 1 core)

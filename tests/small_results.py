@@ -1,5 +1,6 @@
 """The results of a whole small scenario, made once in a process, and what forgers do to them."""
 
+import contextlib
 import functools
 import hashlib
 import io
@@ -46,7 +47,9 @@ NAME = "small"
 def call(words: Sequence[object], folder: Path | None = None) -> str:
     """Run a command in this process, as `softslip.verification.reexecution.run_command` does."""
     try:
-        status = app([str(word) for word in words], standalone_mode=False)
+        # In a process of its own it would have its own output, too.
+        with contextlib.redirect_stdout(io.StringIO()):
+            status = app([str(word) for word in words], standalone_mode=False)
     # Whatever a command may raise is what it said.
     except Exception as error:
         return f"{type(error).__name__}: {error}"

@@ -93,7 +93,7 @@ def test_all_lists_the_finished_too(mixed: list[str], work: Work) -> None:
 
 def test_each_stage_is_summed_up(mixed: list[str], work: Work) -> None:
     lines = [line.split() for line in said("status", work).splitlines()]
-    for stage, counts in (("packing", "0002"), ("ageing", "0002"), ("shear", "1012")):
+    for stage, counts in (("packing", "00002"), ("ageing", "00002"), ("shear", "10012")):
         assert " │ ".join(["", stage, *counts, ""]).split() in lines
 
 
@@ -131,7 +131,10 @@ def test_json_says_the_same(mixed: list[str], scenario: Scenario, work: Work) ->
         found = json.loads(said("status", work, "--json"))
     assert found["scenario"] == "four"
     assert found["results"] == str(work.results)
-    assert found["stages"]["shear"] == {"done": 1, "running": 1, "stopped": 1, "missing": 1}
+    counts = {"done": 1, "running": 1, "failed": 0, "stopped": 1, "missing": 1}
+    assert found["stages"]["shear"] == counts
+    assert list(found["stages"]["shear"]) == list(counts)
+    assert {run["error"] for run in found["runs"]} == {None}
     by_run = {run["run"]: run for run in found["runs"] if run["stage"] == "shear"}
     assert [by_run[run]["state"] for run in mixed] == ["done", "stopped", "running", "missing"]
     assert by_run[stopped]["coordinates"] == {"seed": 1, "stress": 0.5}
@@ -142,6 +145,42 @@ def test_json_says_the_same(mixed: list[str], scenario: Scenario, work: Work) ->
     files = found["checkpoints"]
     assert (files["files"], files["damaged"], files["stale"]) == (3, 0, 1)
     assert files["bytes"] > 3 * CHECKPOINT_BYTES > files["stale_bytes"] > CHECKPOINT_BYTES
+
+
+def test_failed_runs_come_after_those_at_work_with_the_beginning_of_their_error(
+    mixed: list[str], work: Work
+) -> None:
+    error = "NumericalError: tether[3] at step 7: [bold] is not finite; lower time_stepping.step, "
+    error += "or raise what limits it"
+    path = work.results / "logs" / "shear" / f"{mixed[3]}.log"
+    path.parent.mkdir(parents=True)
+    path.write_text(error)
+    with run_lock(work.folder("shear"), mixed[2]):
+        text = said("status", work)
+        (told,) = [
+            run for run in json.loads(said("status", work, "--json"))["runs"] if run["error"]
+        ]
+    states = [line.split("│")[5].strip() for line in text.splitlines() if line.count("│") == 15]
+    assert [state for state in states if state][:3] == ["running", "failed", "stopped"]
+    lines = text[text.index(mixed[3]) :].splitlines()
+    remark = "".join(line.split("│")[-2].strip() for line in lines[:8] if line.count("│") > 5)
+    assert remark.replace(" ", "").startswith("NumericalError:tether[3]atstep7:[bold]isnot")
+    assert "or raise what limits it" not in " ".join(text.split())
+    assert (told["run"], told["state"], told["error"]) == (mixed[3], "failed", error)
+
+
+def test_of_many_missing_runs_only_the_first_are_listed(
+    scenario: Scenario, work: Work, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "MOST_MISSING", 3)
+    work.stop("shear", runs(scenario)[3])
+    text = said("status", work)
+    assert text.count(" missing │") == 3, text
+    assert rows(text, runs(scenario)[3])[0][4] == "stopped"
+    assert "and 6 missing runs more; to list them all: --all" in text
+    text = said("status", work, "--all")
+    assert text.count(" missing │") == 9
+    assert "more" not in text
 
 
 def test_watching_ends_when_all_is_done(

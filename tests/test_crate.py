@@ -536,6 +536,26 @@ def test_a_lost_parent_is_left_out_of_a_partial_one(own):
     assert names(action_of(entities, child.file.name)["object"]) == ["config/small.yaml"]
 
 
+def test_the_first_results_alone_make_a_whole_graph(own):
+    results = results_of(own)
+    for path in results.iterdir():
+        if path.name != "packing":
+            shutil.rmtree(path) if path.is_dir() else path.unlink()
+    entities = graph(files_of(collected(own, partial=True), Words()))
+    assert entities["workflow/Snakefile"]["step"] == {"@id": "#packing"}
+    pointed = {name for each in entities.values() for name in references(each)}
+    assert pointed - set(entities) == SPOKEN_OF
+    assert not [each["@id"] for each in entities.values() if [] in each.values()]
+
+
+def test_fits_without_their_table_are_taken_for_what_they_are(own):
+    for table in ("flow_curve", "creep", "profiles"):
+        (results_of(own) / f"{table}.nc").unlink()
+    entities = graph(files_of(collected(own, partial=True), Words()))
+    assert "object" not in action_of(entities, "results/small/fits.nc")
+    assert not [each["@id"] for each in entities.values() if [] in each.values()]
+
+
 def test_nothing_at_all_is_refused(own):
     shutil.rmtree(results_of(own))
     with pytest.raises(DatasetError, match=r"14 of 14 results are missing .* and 11 more\)") as no:

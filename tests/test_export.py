@@ -18,6 +18,7 @@ from softslip import figures
 from softslip.cli import app
 from softslip.errors import DatasetError, StorageError
 from softslip.export import (
+    SINGLE,
     Table,
     cells,
     dataset_table,
@@ -153,7 +154,11 @@ def test_a_datasets_numbers_come_back_exactly(desk, name):
     groups = {variable.dims for variable in dataset.data_vars.values()}
     assert ("series" in frame) == (len(groups) > 1)
     for variable, array in dataset.data_vars.items():
-        rows = frame[frame["series"] == " ".join(array.dims)] if "series" in frame else frame
+        rows = (
+            frame[frame["series"] == (" ".join(array.dims) or SINGLE)]
+            if "series" in frame
+            else frame
+        )
         assert len(rows) == array.size, variable
         found = rows[variable]
         if array.dtype.kind in "OUS":

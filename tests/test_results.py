@@ -353,7 +353,7 @@ def test_the_package_imports_nothing_until_it_is_asked():
 
 @pytest.mark.parametrize("stage", ENTRIES)
 def test_no_fingerprint_depends_on_how_results_are_asked_for(stage):
-    unwanted = {"results", "conditions", "attributes", "export", "lineage", "stamps"}
+    unwanted = {"results", "runs", "conditions", "attributes", "export", "lineage", "stamps"}
     if stage == "draw":
         unwanted -= {"stamps"}
     assert not {f"softslip.{name}" for name in unwanted} & set(modules_of(stage))

@@ -77,8 +77,127 @@ def test_each_state_is_told_by_its_files(scenario: Scenario, work: Work) -> None
     assert states == ["done", "stopped", "running", "missing"]
     assert holder is not None
     assert holder.process == os.getpid()
-    assert counts == dict.fromkeys(("done", "running", "stopped", "missing"), 1)
+    expected = dict.fromkeys(("done", "running", "stopped", "missing"), 1) | {"failed": 0}
+    assert counts == expected
     assert found(scenario, work, "shear", 2).state == "missing", "its holder has let go"
+
+
+ERROR = "NumericalError: node_position[3] at step 7: is not finite; lower time_stepping.step"
+
+
+def log(scenario: Scenario, work: Work, text: str, number: int = 0, ago: float = 0.0) -> Path:
+    """Leave what a shear has said."""
+    path = work.results / "logs" / "shear" / f"{of(scenario, 'shear', number)}.log"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text)
+    os.utime(path, (time.time() - ago,) * 2)
+    return path
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f"{ERROR}\n",
+        f"shear: 3 of 10\n{ERROR}",
+        f"{ERROR}\n\n",
+        f"Traceback (most recent call last):\n  File x\n{ERROR}\n",
+        f"{ERROR}\nwhat another program said\n",
+        f"{'x' * 80}\n" * 500 + f"{ERROR}\n",
+    ],
+    ids=["alone", "after words", "before blanks", "after a traceback", "quoting", "after much"],
+)
+def test_a_run_whose_log_ends_in_an_error_has_failed(
+    scenario: Scenario, work: Work, text: str
+) -> None:
+    log(scenario, work, text)
+    one = found(scenario, work, "shear")
+    assert (one.state, one.error, one.progress) == ("failed", ERROR, None)
+    assert survey(scenario, work.results).counts("shear")["failed"] == 1
+    assert found(scenario, work, "ageing").state == "missing", "its log is another"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "\n",
+        "shear 0123: going on\n",
+        "Interrupted: stopped by SIGTERM\n",
+        f"{ERROR}\nInterrupted: stopped by SIGTERM\n",
+        "shear 0123: DatasetError: is no line of its own\n",
+        "error: nobody of ours writes this\n",
+    ],
+)
+def test_a_run_whose_log_ends_otherwise_has_not_failed(
+    scenario: Scenario, work: Work, text: str
+) -> None:
+    log(scenario, work, text)
+    one = found(scenario, work, "shear")
+    assert (one.state, one.error) == ("missing", "")
+    work.stop("shear", of(scenario, "shear"), written=time.time() - 100)
+    assert found(scenario, work, "shear").state == "stopped"
+
+
+@pytest.mark.parametrize("ending", ["MemoryError", "OSError: [Errno 28] No space left on device"])
+def test_errors_of_other_kinds_count_too(scenario: Scenario, work: Work, ending: str) -> None:
+    log(scenario, work, f"Traceback (most recent call last):\n{ending}\n")
+    assert found(scenario, work, "shear").error == ending
+
+
+def test_an_error_after_the_newest_checkpoint_counts_and_the_checkpoint_is_kept(
+    scenario: Scenario, work: Work
+) -> None:
+    run = of(scenario, "shear")
+    work.stop("shear", run, [(40.0, 2.0, 100), (60.0, 3.0, 200)], written=time.time() - 100)
+    lock_path(work.folder("shear"), run).touch()
+    log(scenario, work, ERROR, ago=50)
+    one = found(scenario, work, "shear")
+    assert (one.state, one.progress and one.progress.step) == ("failed", 200)
+    assert not leftovers(scenario, work), "the same command goes on from it"
+
+
+def test_an_error_before_the_newest_checkpoint_is_of_an_earlier_attempt(
+    scenario: Scenario, work: Work
+) -> None:
+    work.stop("shear", of(scenario, "shear"), written=time.time() - 100)
+    log(scenario, work, ERROR, ago=150)
+    one = found(scenario, work, "shear")
+    assert (one.state, one.error) == ("stopped", "")
+
+
+def test_a_run_that_is_done_or_at_work_has_not_failed(scenario: Scenario, work: Work) -> None:
+    for number in range(2):
+        log(scenario, work, ERROR, number)
+    work.finish("shear", of(scenario, "shear", 0))
+    with run_lock(work.folder("shear"), of(scenario, "shear", 1)):
+        both = [found(scenario, work, "shear", number) for number in range(2)]
+    assert [(one.state, one.error) for one in both] == [("done", ""), ("running", "")]
+
+
+def test_a_log_that_goes_while_it_is_looked_at_says_nothing(
+    scenario: Scenario, work: Work, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = log(scenario, work, ERROR)
+    files = module._files
+
+    def vanish(folder: Path):  # type: ignore[no-untyped-def]
+        seen = list(files(folder))
+        if folder == path.parent:
+            path.unlink(missing_ok=True)
+        return iter(seen)
+
+    monkeypatch.setattr(module, "_files", vanish)
+    assert found(scenario, work, "shear").state == "missing"
+
+
+def test_datasets_are_told_with_those_that_are_not_in_the_scenario(
+    scenario: Scenario, work: Work
+) -> None:
+    path = work.finish("shear", UNKNOWN)
+    path.write_bytes(b"12345")
+    (told,) = survey(scenario, work.results).datasets.items()
+    assert told[0] == ("shear", UNKNOWN)
+    assert (told[1].path, told[1].size, told[1].changed) == (path, 5, path.stat().st_mtime)
 
 
 def test_a_run_made_anew_is_running_although_its_old_dataset_is_there(

@@ -91,6 +91,15 @@ def test_no_byte_of_a_sealed_file_can_change(sealed: Path) -> None:
         check_seal(sealed)
 
 
+def test_a_seal_that_need_not_be_there_must_be_right(sealed: Path) -> None:
+    content = sealed.read_bytes()
+    sealed.write_bytes(content[:300])
+    check_seal(sealed, required=False)
+    sealed.write_bytes(content[:299] + b"?" + content[300:])
+    with pytest.raises(DatasetError, match="altered"):
+        check_seal(sealed, required=False)
+
+
 def test_a_missing_file_has_no_seal(tmp_path: Path) -> None:
     with pytest.raises(DatasetError, match="cannot be read"):
         check_seal(tmp_path / "missing.nc")
@@ -352,7 +361,7 @@ def series(key: int, *, mean: float = 1.0, parted: float = 0.5) -> xr.Dataset:
 
 
 def misfits(first: xr.Dataset, second: xr.Dataset) -> list[str]:
-    found = comparison._dataset_quantities(first, second, False)
+    found = comparison._number_quantities(first, second)
     return [each.name for each in found if not each.fits]
 
 

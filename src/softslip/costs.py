@@ -52,11 +52,8 @@ where a shear rate is imposed."""
 SURE = 2.0
 """Standard deviations of the logarithm that the stated factor of uncertainty spans."""
 
-LEAST_EXCESS = 1.1
-"""Steps over those that records alone ask for above which the tolerance is seen in them."""
-
 LEAST_STARTS = 2.0
-"""Steps over those at the start from which on a run tells of the spectral radius."""
+"""Steps over those at the start from which on they tell of something else."""
 
 FEWEST_RUNS = 3
 """Finished runs of the scenario from which on the scatter is theirs, not that of the table."""
@@ -197,13 +194,14 @@ Pieces = tuple[FloatArray, FloatArray]
 @lru_cache(maxsize=256)
 def _intervals(end: float, per_decade: int, longest: float, step: float) -> Pieces:
     """Return the lengths of the records of a stage, which grow with time up to the longest."""
-    growth, longest = 10 ** (1 / per_decade) - 1, max(longest, step)
-    widths, time = [], 0.0
-    while time < end and (width := max(growth * time, step)) < longest:
-        widths.append(min(width, end - time))
-        time += width
-    rest = max(end - time, 0.0) / longest
-    return np.array([*widths, longest]), np.array([1.0] * len(widths) + [rest])
+    steps, most = round(end / step), max(round(longest / step), 1)
+    widths, place, growth = list[int](), 0, 10 ** (1 / per_decade)
+    # As `softslip.record.interval_edges`, which this may not wait for.
+    while place < steps and (width := max(math.ceil(place * growth) - place, 1)) < most:
+        widths.append(min(width, steps - place))
+        place += widths[-1]
+    rest = (steps - place) / most
+    return step * np.array([*widths, most]), np.array([1.0] * len(widths) + [rest])
 
 
 def _records(parameters: Parameters) -> Pieces:
@@ -433,7 +431,8 @@ def _fitted_steps(table: Sequence[Measured]) -> tuple[float, _PowerLaw, _PowerLa
     for run, steps in looped:
         tolerated = _bisected(steps.number, run.steps - start, 1e-6, 1e6)
         # Where records or the longest step set the pace, nothing is learned of the tolerance.
-        if run.stage == "shear" and run.steps - start > LEAST_EXCESS * steps.number(steps.cap):
+        excess = run.steps - start - steps.number(steps.cap)
+        if run.stage == "shear" and excess > LEAST_STARTS * start:
             lengths.append((run, tolerated))
         # Runs that are all start say nothing of what comes after.
         if run.steps > LEAST_STARTS * start:

@@ -1,9 +1,9 @@
-"""A few labels of very many datasets: global attributes that are text, thousands of them a second.
+"""The labels of very many datasets: attributes that are text, thousands of files a second.
 
-The netCDF library looks at all variables of a file when it opens it, which takes milliseconds; see
-`softslip.attributes` for all that a file says of itself. A NetCDF 4 file is an HDF5 file whose
-global attributes are those of its root group, so that the HDF5 library alone reads one of them in
-a fraction of a millisecond. It is the very library that netCDF4 is linked to.
+The netCDF library looks at all variables of a file when it opens it, which takes milliseconds. A
+NetCDF 4 file is an HDF5 file whose global attributes are those of its root group, so that the HDF5
+library alone reads some of them in a fraction of a millisecond. It is the very library that netCDF4
+is linked to; h5py, which brings another, is no faster than netCDF4.
 """
 
 import ctypes
@@ -39,6 +39,22 @@ _SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "H5Tget_size": (ctypes.c_size_t, (_IDENTIFIER,)),
     "H5Tclose": (ctypes.c_int, (_IDENTIFIER,)),
 }
+
+
+LABELS = (
+    "stage",
+    "run",
+    "title",
+    "source",
+    "history",
+    "parent",
+    "parents",
+    "parameters",
+    "provenance",
+    "content_sha256",
+    "record_sha256",
+)
+"""What every result says of itself, see `softslip.storage`; each is one text in plain ASCII."""
 
 
 def text_attributes(path: Path, names: Sequence[str]) -> dict[str, str]:

@@ -7,9 +7,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from softslip.attributes import read_attributes
 from softslip.errors import DatasetError
 from softslip.fields import file_text
+from softslip.labels import LABELS, text_attributes
 from softslip.stages import STAGES
 from softslip.stamps import FIGURE, FORMATS, read_labels
 from softslip.storage import CONTENT_DIGEST, RECORD_DIGEST
@@ -91,7 +91,9 @@ def read_product(path: Path) -> Product:
     if path.suffix != DATASET and path.suffix not in FORMATS:
         endings = ", ".join((DATASET, *FORMATS))
         raise DatasetError(f"{file_text(path)}: is no result; give a file that ends in {endings}")
-    return product_of(path, read_attributes(path) if path.suffix == DATASET else read_labels(path))
+    return product_of(
+        path, text_attributes(path, LABELS) if path.suffix == DATASET else read_labels(path)
+    )
 
 
 def product_of(path: Path, labels: Mapping[str, Any]) -> Product:

@@ -9,10 +9,9 @@ asked for.
 """
 
 import json
-from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cache, cached_property
+from difflib import get_close_matches
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
@@ -20,60 +19,28 @@ import pandas as pd
 import xarray as xr
 
 from softslip import observables
-from softslip.attributes import read_attributes
 from softslip.conditions import MISSING, Condition, parse
 from softslip.errors import ConfigError, DatasetError
-from softslip.fields import all_fields, brief, extra, file_text
+from softslip.fields import all_fields, brief, file_text
 from softslip.parameters import Parameters
+from softslip.runs import (
+    BY_BEGINNING,
+    DONE,
+    IDENTITY,
+    LAST,
+    PROVENANCE,
+    TABLES,
+    StoredRun,
+    flat_tree,
+    label_paths,
+    read_folder,
+    shared_leaves,
+    swept_parameters,
+    with_file,
+)
 from softslip.stages import STAGES, stage_parameters
-from softslip.storage import CONTENT_DIGEST, RECORD_DIGEST, read_dataset
+from softslip.storage import read_dataset
 from softslip.sweep import Scenario
-
-LAST = STAGES[-1]
-"""Stage whose runs are meant where nothing is said of stages."""
-
-TABLES = ("flow_curve", "creep", "profiles")
-"""What `Results.dataset` can make, functions of `softslip.observables`."""
-
-DONE = "done"
-"""State of a run that has its file."""
-
-IDENTITY = ("run", "stage", "state", "parent", "file", "content_sha256", "record_sha256")
-"""What each run has besides parameters and provenance."""
-
-PROVENANCE = (
-    "commit",
-    "dirty",
-    "host",
-    "processor",
-    "cores",
-    "system",
-    "environment",
-    "lock_sha256",
-    "fingerprint",
-    "started",
-    "ended",
-    "core_seconds",
-    "restarts",
-    "threads",
-)
-"""What is known of how a run was made, see `softslip.provenance`; others as files have them."""
-
-BY_BEGINNING = frozenset(
-    {
-        "run",
-        "parent",
-        "commit",
-        "fingerprint",
-        "environment",
-        "lock_sha256",
-        "content_sha256",
-        "record_sha256",
-        "started",
-        "ended",
-    }
-)
-"""Names that are equal to any text that they begin with, as git has it: digests and dates."""
 
 KEY_PARAMETERS = ("stress", "imposed_shear_rate", "roughness", "wall_separation", "seed")
 """Labels of parameters that a table shows though they were not swept."""
@@ -82,90 +49,6 @@ KEY_PROVENANCE = ("core_seconds", "restarts", "ended", "host", "commit")
 """What a table shows of how runs were made."""
 
 TableName = Literal["flow_curve", "creep", "profiles"]
-
-
-@dataclass(frozen=True)
-class StoredRun:
-    """A run of a stage, by what its file says, or its scenario where there is no file yet.
-
-    Attributes
-    ----------
-    stage, run
-        Which it is.
-    path
-        Where its dataset is, or will be.
-    state
-        ``done``, or what `softslip.status` says of one that is not.
-    parameters
-        That it depends on, by their dotted paths.
-    labels
-        Values that its scenario sweeps and that are no parameters of its stage, such as a
-        fidelity, by the labels of their axes.
-    attributes
-        Of its file: digests, provenance, parent.
-    """
-
-    stage: str
-    run: str
-    path: Path
-    state: str
-    parameters: Mapping[str, Any]
-    labels: Mapping[str, Any] = field(default_factory=dict)
-    attributes: Mapping[str, Any] = field(default_factory=dict)
-
-    @cached_property
-    def provenance(self) -> Mapping[str, Any]:
-        """Code, software, machine, times and effort; empty where they were not noted."""
-        told = json.loads(self.attributes.get("provenance", "{}"))
-        return {key: value for key, value in told.items() if key != "parent_records"}
-
-    @cached_property
-    def values(self) -> Mapping[str, Any]:
-        """Everything that can be asked for, by name: `names` says which names there are."""
-        own = {
-            "run": self.run,
-            "stage": self.stage,
-            "state": self.state,
-            "file": str(self.path),
-            **{
-                name: str(self.attributes[name])
-                for name in ("parent", CONTENT_DIGEST, RECORD_DIGEST)
-                if name in self.attributes
-            },
-        }
-        by_path = {
-            name: self.parameters[path]
-            for name, path in _paths().items()
-            if path in self.parameters
-        }
-        return {**self.provenance, **by_path, **self.parameters, **self.labels, **own}
-
-
-@cache
-def _paths() -> Mapping[str, str]:
-    """Return the paths of parameters by their labels and by the last part of their paths.
-
-    What is ambiguous is left out: `_ambiguous` says which these are.
-    """
-    fields = all_fields(Parameters)
-    labels = {str(extra(field, "label")): path for path, field in fields.items()}
-    shared = _ambiguous()
-    leaves = {path.rpartition(".")[2]: path for path in fields}
-    labels.pop("None", None)
-    return {leaf: path for leaf, path in leaves.items() if leaf not in shared} | labels
-
-
-@cache
-def _ambiguous() -> Mapping[str, tuple[str, ...]]:
-    """Return the last parts that several paths share, and these paths."""
-    fields = all_fields(Parameters)
-    counts = Counter(path.rpartition(".")[2] for path in fields)
-    labels = {extra(field, "label") for field in fields.values()}
-    return {
-        leaf: tuple(path for path in fields if path.rpartition(".")[2] == leaf)
-        for leaf, count in counts.items()
-        if count > 1 and leaf not in labels
-    }
 
 
 class Results:
@@ -240,7 +123,14 @@ class Results:
     def names(self) -> tuple[str, ...]:
         """What can be asked for: each is in `query` and a column of `table`."""
         further = {name for run in self._every for name in (*run.provenance, *run.labels)}
-        known = {*IDENTITY, *PROVENANCE, *all_fields(Parameters), *_paths(), *self.swept, *further}
+        known = {
+            *IDENTITY,
+            *PROVENANCE,
+            *all_fields(Parameters),
+            *label_paths(),
+            *self.swept,
+            *further,
+        }
         return tuple(sorted(known))
 
     def query(self, expression: str) -> "Results":
@@ -272,7 +162,7 @@ class Results:
         )
 
     def _parsed(self, expression: str) -> Condition:
-        shared = _ambiguous()
+        shared = shared_leaves()
         known = {*self.names, *(leaf for leaf in shared if leaf not in self.names)}
         condition = parse(expression, known, BY_BEGINNING)
         for name in sorted(condition.names - set(self.names)):
@@ -317,17 +207,17 @@ class Results:
         return [{name: each.get(name) for name in wanted} for each in every]
 
     def _check_name(self, name: str) -> None:
-        """Refuse what is no name, in the words that a condition with it is refused in.
+        """Refuse what is no name.
 
         Raises
         ------
         ConfigError
-            When it is none.
+            With those that are like it, or all.
         """
         if name not in self.names:
-            self._parsed(f"{name} == None")
-            remedy = f"use some of {', '.join(self.names)}"
-            raise ConfigError("columns", brief(name), "is no name", remedy)
+            near = shared_leaves().get(name) or get_close_matches(name, self.names)
+            remedy = f"did you mean {', '.join(near)}?" if near else f"use {', '.join(self.names)}"
+            raise ConfigError("columns", brief(name), "is not the name of one value", remedy)
 
     def _default_columns(self) -> list[str]:
         known = {
@@ -450,13 +340,13 @@ def open_results(folder: str | Path) -> Results:
     place = Path(folder)
     if not place.is_dir():
         raise DatasetError(f"{file_text(place)}: is no folder; give one such as results/demo")
-    every, tables, unreadable = _read_folder(place)
+    every, tables, unreadable = read_folder(place)
     if not every:
         raise DatasetError(
             f"{file_text(place)}: holds no run; give a folder such as results/demo"
             + (f" ({unreadable[0]})" if unreadable else "")
         )
-    return Results(place, every, _swept(every, tables), unreadable)
+    return Results(place, every, swept_parameters(every, tables), unreadable)
 
 
 def scenario_results(
@@ -481,111 +371,13 @@ def scenario_results(
         for identity, row in scenario.stage_table(stage).items():
             path = folder / stage / f"{identity}.nc"
             labels = own[identity] if stage == LAST else {}
-            flat = _flat(json.loads(stage_parameters(row.parameters, stage)))
+            flat = flat_tree(json.loads(stage_parameters(row.parameters, stage)))
             run = StoredRun(stage, identity, path, states[stage, identity], flat, labels)
             try:
-                every.append(_with_file(run) if run.state == DONE else run)
+                every.append(with_file(run) if run.state == DONE else run)
             except DatasetError as error:
                 unreadable.append(f"{error}; it is left out")
     return Results(folder, every, swept, unreadable)
-
-
-def _read_folder(folder: Path) -> tuple[list[StoredRun], list[Mapping[str, Any]], list[str]]:
-    """Return the runs below a folder, the parameters of its tables, and what was left out."""
-    runs: dict[tuple[str, str], StoredRun] = {}
-    tables: list[Mapping[str, Any]] = []
-    unreadable: list[str] = []
-    for path in sorted(folder.rglob("*.nc")):
-        if any(part.startswith(".") for part in path.relative_to(folder).parts):
-            continue
-        try:
-            attributes = read_attributes(path)
-            stage = attributes.get("stage")
-            if stage in TABLES:
-                tables.append(_object(path, attributes, "parameters"))
-            if stage not in STAGES:
-                continue
-            run = _stored(path, attributes)
-            twin = runs.setdefault((run.stage, run.run), run)
-            if twin.attributes.get(CONTENT_DIGEST) != attributes.get(CONTENT_DIGEST):
-                raise DatasetError(f"{file_text(path)}: differs from {file_text(twin.path)}")
-        except DatasetError as error:
-            unreadable.append(f"{error}; it is left out")
-    return list(runs.values()), tables, unreadable
-
-
-def _stored(path: Path, attributes: Mapping[str, Any]) -> StoredRun:
-    for key in ("run", CONTENT_DIGEST):
-        if not isinstance(attributes.get(key), str):
-            raise DatasetError(f"{file_text(path)}: has no {key}, as files of an earlier release")
-    _object(path, attributes, "provenance")
-    return StoredRun(
-        stage=attributes["stage"],
-        run=attributes["run"],
-        path=path,
-        state=DONE,
-        parameters=_flat(_object(path, attributes, "parameters")),
-        attributes=attributes,
-    )
-
-
-def _with_file(run: StoredRun) -> StoredRun:
-    """Return a run of a scenario with what its file says of it."""
-    attributes = read_attributes(run.path)
-    for key, wanted in (("stage", run.stage), ("run", run.run)):
-        if attributes.get(key) != wanted:
-            told = brief(attributes.get(key))
-            raise DatasetError(f"{file_text(run.path)}: is of {key} {told}, not {wanted!r}")
-    return replace(_stored(run.path, attributes), labels=run.labels)
-
-
-def _object(path: Path, attributes: Mapping[str, Any], name: str) -> dict[str, Any]:
-    """Return an attribute that is a JSON object; an empty one where there is none.
-
-    Raises
-    ------
-    DatasetError
-        When it is something else.
-    """
-    try:
-        found = json.loads(attributes.get(name, "{}"))
-    except (TypeError, ValueError, RecursionError) as error:
-        raise DatasetError(f"{file_text(path)}: {name} cannot be read ({error})") from None
-    if not isinstance(found, dict):
-        raise DatasetError(f"{file_text(path)}: {name} is no JSON object")
-    return found
-
-
-def _swept(runs: Sequence[StoredRun], tables: Sequence[Mapping[str, Any]]) -> dict[str, str]:
-    """Return the labels and paths of what is swept, as the tables have it, then what differs."""
-    last = [run for run in runs if run.stage == LAST]
-    varied: dict[str, str] = {}
-    for run in last:
-        for path, value in run.parameters.items():
-            told = json.dumps(value)
-            if varied.setdefault(path, told) != told:
-                varied[path] = ""
-    fields = all_fields(Parameters)
-    named = [path for table in tables for path in table.get("axes", {})]
-    known = [path for path in dict.fromkeys(named) if path in varied and path in fields]
-    paths = [*known, *(path for path in fields if varied.get(path) == "" and path not in known)]
-    labels = {path: extra(fields[path], "label") or path.rpartition(".")[2] for path in paths}
-    shared = Counter(labels.values())
-    return {
-        str(label) if shared[label] == 1 else path.replace(".", "_"): path
-        for path, label in labels.items()
-    }
-
-
-def _flat(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Return the values of a tree of parameters by their dotted paths."""
-    found: dict[str, Any] = {}
-    for key, value in tree.items():
-        if isinstance(value, dict):
-            found |= _flat(value, f"{prefix}{key}.")
-        else:
-            found[f"{prefix}{key}"] = value
-    return found
 
 
 def _nested(flat: Mapping[str, Any]) -> dict[str, Any]:

@@ -39,8 +39,15 @@ def seal(path: Path) -> None:
         file.write(_WORDS + digest.encode() + b"\n")
 
 
-def check_seal(path: Path) -> None:
+def check_seal(path: Path, *, required: bool = True) -> None:
     """Make sure that no byte of a file is another than when it was sealed.
+
+    Parameters
+    ----------
+    path
+        The file.
+    required
+        Whether a file without a seal is refused, too.
 
     Raises
     ------
@@ -51,6 +58,8 @@ def check_seal(path: Path) -> None:
         size = path.stat().st_size - _LENGTH
         found = _FORM.fullmatch(_end(path, size)) if size >= 0 else None
         if found is None:
+            if not required:
+                return
             raise DatasetError(
                 f"{file_text(path)}: has no seal at its end, so that it has been cut, opened for "
                 "writing, or written by an earlier release; delete it and make it again"

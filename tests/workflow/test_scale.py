@@ -46,6 +46,9 @@ OLD = "0" * 16
 VARIABLES, LABELS = 30, 15
 """Of each dataset: as many as a sheared run has."""
 
+WORDS = dict(zip(("Packing", "Growing", "Ageing", "Shearing"), STAGES, strict=True))
+"""First words of the messages of each stage's jobs."""
+
 FORMAT = 6
 """Version of the records of Snakemake 9."""
 
@@ -120,11 +123,10 @@ class Project:
 
     def dry_run(self) -> set[tuple[str, str]]:
         """Return the stages and runs that Snakemake would run."""
-        words = ("--cores", "1", "--dry-run", "--config", "scenario=scale")
-        found = re.findall(
-            r"^ *output: results/scale/(\w+)/(\w+)\.nc$", self.call("snakemake", *words), re.M
-        )
-        return {(stage, run) for stage, run in found if stage in STAGES}
+        said = self.call("snakemake", "--cores", "1", "--dry-run", "--config", "scenario=scale")
+        assert "This was a dry-run" in said or "Nothing to be done" in said, said
+        jobs = re.findall(r"^Job \d+: (\w+)\b.*\(([0-9a-f]{16})\)$", said, re.M)
+        return {(WORDS[word], run) for word, run in jobs if word in WORDS}
 
     def planned(self) -> set[tuple[str, str]]:
         """Return the stages and runs that are to be done by the plan."""

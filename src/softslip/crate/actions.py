@@ -3,7 +3,7 @@
 from typing import Any
 
 from softslip.crate.contents import RULES, Result
-from softslip.crate.graph import MAIN, Graph, action_id, one_or_all, time_of, value_id
+from softslip.crate.graph import MAIN, Graph, action_id, one_or_all, time_of, unless_none, value_id
 from softslip.crate.plan import add_engine, add_tool
 from softslip.fields import value_at
 from softslip.stages import STAGES, stage_paths
@@ -74,7 +74,7 @@ def _add_action(graph: Graph, result: Result) -> dict[str, str]:
         name=f"Making of {result.product.label}",
         description=_circumstances(graph, result),
         instrument=add_tool(graph, result),
-        **({"object": one_or_all(read)} if read else {}),
+        **unless_none("object", read),
         result={"@id": result.file.name},
         startTime=time_of(result, "started"),
         endTime=time_of(result, "ended"),
@@ -135,7 +135,7 @@ def add_run(graph: Graph) -> None:
         "the workflow or in several.",
         instrument={"@id": MAIN},
         object=[{"@id": graph.contents.scenario_file.name}, *values, *settings],
-        **({"result": one_or_all(made)} if made else {}),
+        **unless_none("result", made),
         startTime=min(time_of(each, "started") for each in results),
         endTime=max(time_of(each, "ended") for each in results),
         **({"actionStatus": FAILED, "error": gaps} if gaps else {"actionStatus": DONE}),

@@ -81,11 +81,9 @@ def _preview(crate: ROCrate) -> str:
     Its template takes text for HTML, and an entity for text.
     """
     root = crate.root_dataset
-    plain = {"license": root["license"]["name"]}
-    shown = {key: html.escape(plain.get(key, root[key])) for key in ("name", "description")}
-    kept = {key: root.properties()[key] for key in (*shown, *plain)}
-    for key, text in (*shown.items(), ("license", html.escape(plain["license"]))):
-        root[key] = text
+    kept = {key: root.properties()[key] for key in ("name", "description", "license")}
+    for key in kept:
+        root[key] = html.escape(root["license"]["name"] if key == "license" else root[key])
     page: str = Preview(crate).generate_html()
     for key, value in kept.items():
         root[key] = value

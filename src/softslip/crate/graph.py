@@ -203,6 +203,11 @@ def one_or_all(values: Sequence[Any]) -> Any:
     return values[0] if len(values) == 1 else list(values)
 
 
+def unless_none(key: str, values: Sequence[Any]) -> dict[str, Any]:
+    """Return a property with its values, nothing where there are none."""
+    return {key: one_or_all(values)} if values else {}
+
+
 def time_of(result: Result, key: str) -> str:
     """Return when a job started or ended, to the millisecond, as the profiles want it."""
     moment = datetime.fromisoformat(str(result.product.provenance[key]))

@@ -8,7 +8,7 @@ from typing import Any
 
 import softslip
 from softslip.crate.contents import RULES, Result
-from softslip.crate.graph import LOCK, MAIN, Graph, one_or_all, value_id
+from softslip.crate.graph import LOCK, MAIN, Graph, one_or_all, unless_none, value_id
 from softslip.fields import all_fields, extra
 from softslip.parameters import Parameters
 from softslip.provenance import UNKNOWN
@@ -70,14 +70,14 @@ def add_parameters(graph: Graph) -> None:
         if RULES[rule].is_output
     ]
     main = graph.crate.mainEntity
-    main["input"], main["output"] = one_or_all(inputs), one_or_all(outputs)
-    main["connection"] = one_or_all(
-        [
-            _connection(graph, f"#{rule}/output", f"#output/{rule}")
-            for rule in graph.rules
-            if RULES[rule].is_output
-        ]
-    )
+    ends = [
+        _connection(graph, f"#{rule}/output", f"#output/{rule}")
+        for rule in graph.rules
+        if RULES[rule].is_output
+    ]
+    main["input"] = inputs
+    for key, value in (unless_none("output", outputs) | unless_none("connection", ends)).items():
+        main[key] = value
 
 
 def _parameter(graph: Graph, identifier: str, name: str, what: str, kind: str) -> dict[str, str]:
@@ -109,7 +109,7 @@ def add_step(graph: Graph, rule: str) -> None:
         inputs.append(_parameter(graph, f"#{rule}/scenario", "scenario", what, "File"))
         links.append(("#input/scenario", f"#{rule}/scenario"))
     output = _parameter(graph, f"#{rule}/output", "output", "Its result.", "File")
-    ends = {"output": output} | ({"input": one_or_all(inputs)} if inputs else {})
+    ends = {"output": output} | unless_none("input", inputs)
     mine = [each for each in graph.contents.results if each.rule == rule]
     tools = {add_tool(graph, each, ends)["@id"]: None for each in mine}
     step = graph.entity(
@@ -119,7 +119,7 @@ def add_step(graph: Graph, rule: str) -> None:
         description=f"{told.purpose}.",
         position=str(list(RULES).index(rule) + 1),
         workExample=one_or_all([{"@id": tool} for tool in tools]),
-        connection=one_or_all([_connection(graph, *link) for link in links]),
+        **unless_none("connection", [_connection(graph, *link) for link in links]),
     )
     graph.crate.mainEntity.append_to("step", step, compact=True)
     for tool in tools:
