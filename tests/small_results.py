@@ -19,8 +19,7 @@ from PIL import Image
 
 from softslip import stamps
 from softslip.cli import app
-from softslip.errors import DatasetError
-from softslip.seals import check_seal, seal
+from softslip.seals import seal
 from softslip.storage import CONTENT_DIGEST, RECORD_DIGEST, VOLATILE, digests
 from softslip.sweep import load_scenario
 from softslip.verification import survey
@@ -82,8 +81,6 @@ def made() -> Path:
     for name in ("creep", "profiles"):
         picture = results / "figures" / f"{name}.png"
         _make("draw", name, results / f"{name}.nc", "--output", picture)
-    for path in results.rglob("*.nc"):
-        seal_where_missing(path)
     return folder
 
 
@@ -93,13 +90,6 @@ _KEPT: list[tempfile.TemporaryDirectory[str]] = []
 def _make(*words: object) -> None:
     said = call(words)
     assert not said, f"{words}: {said}"
-
-
-def seal_where_missing(path: Path) -> None:
-    try:
-        check_seal(path)
-    except DatasetError:
-        seal(path)
 
 
 @functools.cache

@@ -71,8 +71,10 @@ def text_attributes(path: Path, names: Sequence[str]) -> dict[str, str]:
     Raises
     ------
     DatasetError
-        When the file cannot be read.
+        When the file is missing or cannot be read.
     """
+    if not path.is_file():
+        raise DatasetError(f"{file_text(path)}: is not there, or no file")
     library = _library()
     with _opened(library, path) as file:
         found = {name: _text(library, file, name) for name in names}

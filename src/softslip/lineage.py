@@ -91,9 +91,9 @@ def read_product(path: Path) -> Product:
     if path.suffix != DATASET and path.suffix not in FORMATS:
         endings = ", ".join((DATASET, *FORMATS))
         raise DatasetError(f"{file_text(path)}: is no result; give a file that ends in {endings}")
-    return product_of(
-        path, text_attributes(path, LABELS) if path.suffix == DATASET else read_labels(path)
-    )
+    if path.suffix != DATASET:
+        return product_of(path, read_labels(path))
+    return product_of(path, text_attributes(path, LABELS))
 
 
 def product_of(path: Path, labels: Mapping[str, Any]) -> Product:

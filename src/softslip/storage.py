@@ -18,6 +18,7 @@ from softslip.conventions import CONVENTIONS, as_stored, as_used, discovery, wit
 from softslip.errors import DatasetError, StorageError
 from softslip.fields import file_text
 from softslip.schema import SCHEMAS, check_dataset
+from softslip.seals import check_seal, seal
 
 REFERENCE = (
     "G. Jung and S. M. Fielding, Wall slip and bulk yielding in soft particle suspensions, "
@@ -35,10 +36,10 @@ def write_dataset(dataset: xr.Dataset, path: Path, *, stage: str, run: str, titl
     """Write a dataset under its final name in one step.
 
     The file keeps to CF-1.11 and ACDD-1.3, see `softslip.conventions`; `read_dataset` gives back
-    what was given. Every variable is compressed and carries a fletcher32 checksum, and the whole
-    two digests that `read_dataset` checks. The file is written to a temporary name in the same
-    folder, read back, synced and renamed, so that a reader finds either the whole new file or what
-    was there before.
+    what was given. Every variable is compressed and carries a fletcher32 checksum, the whole two
+    digests that `read_dataset` checks, and the file a seal (`softslip.seals`). It is written to a
+    temporary name in the same folder, read back, synced and renamed, so that a reader finds either
+    the whole new file or what was there before.
 
     Parameters
     ----------
@@ -69,6 +70,7 @@ def write_dataset(dataset: xr.Dataset, path: Path, *, stage: str, run: str, titl
         try:
             labelled.to_netcdf(temporary, engine="netcdf4", encoding=encoding)
             _check_digests(path, xr.load_dataset(temporary, engine="netcdf4"))
+            seal(temporary)
         except (OSError, RuntimeError, ValueError, AttributeError, DatasetError) as error:
             raise StorageError(
                 f"{file_text(path)}: cannot be written ({_reason(error)})"
@@ -231,6 +233,9 @@ def read_dataset(path: Path, *, stage: str, run: str | None = None) -> xr.Datase
     # A pipe would be waited for, and nobody should be told to delete a folder or a device.
     if os.path.lexists(path) and not path.is_file():
         raise DatasetError(f"{name}: is not a file; give the file that the {stage} stage wrote")
+    if path.exists():
+        # First, as a damaged file can make the library crash or wait for ever.
+        check_seal(path, required=False)
     try:
         # From the top: the library takes ~ for the home folder.
         dataset = xr.load_dataset(path.absolute(), engine="netcdf4")
