@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from softslip.conditions import LONGEST, MISSING, parse
+from softslip.catalogue.conditions import LONGEST, MISSING, parse
 from softslip.errors import ConfigError
 
 KNOWN = (

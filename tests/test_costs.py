@@ -66,7 +66,7 @@ def test_the_table_says_how_it_was_made_and_has_every_stage_and_scheme() -> None
 def test_the_stated_uncertainty_is_that_of_the_table(stage: str) -> None:
     """Its runs lie within it, as two standard deviations hold nearly all."""
     factor = shipped().factors[stage]
-    assert 1 < factor < 1.5
+    assert 1.1 < factor < 1.5
     ratios = [
         run.core_seconds / shipped().estimate(stage, run.parameters).core_seconds
         for run in table()

@@ -14,13 +14,13 @@ import scenes
 import xarray as xr
 
 import softslip
+from softslip.catalogue.results import BY_BEGINNING, open_results, scenario_results
 from softslip.errors import ConfigError, DatasetError
 from softslip.fields import all_fields
 from softslip.fingerprints import ENTRIES, modules_of
 from softslip.observables import flow_curve
 from softslip.parameters import Parameters
 from softslip.provenance import Work
-from softslip.results import BY_BEGINNING, open_results, scenario_results
 from softslip.stages import STAGES, stage_ids, stage_parameters
 from softslip.storage import RECORD_DIGEST, read_dataset, write_dataset
 from softslip.sweep import load_scenario

@@ -16,17 +16,33 @@ from hypothesis import strategies as st
 from lineage_synthetic import CODE, Results
 from matplotlib.patches import FancyBboxPatch
 
-from softslip import trace as module
-from softslip.contributions import fitted_parts, law_of
-from softslip.diagrams import MOST_BOXES, diagram
 from softslip.errors import ConfigError, DatasetError
 from softslip.figures.lineage import Box, _apart, _crossings, _ordered, lineage
 from softslip.fits import fit_laws
-from softslip.origins import origin_of, swept_values
 from softslip.stages import STAGES
 from softslip.storage import read_dataset, write_dataset
-from softslip.targets import SAME_NUMBER, Target, _nearest, find_values, read_target, with_error
-from softslip.trace import FOUND, MISSING, REPLACED, UNREADABLE, Node, Trace, results_folder, trace
+from softslip.tracing import trace as module
+from softslip.tracing.contributions import fitted_parts, law_of
+from softslip.tracing.diagrams import MOST_BOXES, diagram
+from softslip.tracing.origins import origin_of, swept_values
+from softslip.tracing.targets import (
+    SAME_NUMBER,
+    Target,
+    _nearest,
+    find_values,
+    read_target,
+    with_error,
+)
+from softslip.tracing.trace import (
+    FOUND,
+    MISSING,
+    REPLACED,
+    UNREADABLE,
+    Node,
+    Trace,
+    results_folder,
+    trace,
+)
 
 
 @pytest.fixture(scope="module")

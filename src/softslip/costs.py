@@ -55,6 +55,10 @@ SURE = 2.0
 LEAST_STARTS = 2.0
 """Steps over those at the start from which on they tell of something else."""
 
+LINE_CONSTANTS, FLOW_CONSTANTS = 2, 11
+"""Constants fitted for a preparing stage, and for ageing and shear together: two lines, two power
+laws of two features, and the steps at the start."""
+
 FEWEST_RUNS = 3
 """Finished runs of the scenario from which on the scatter is theirs, not that of the table."""
 
@@ -413,7 +417,12 @@ class Costs:
             for run in table
             if run.stage == stage
         ]
-        return math.exp(SURE * math.sqrt(sum(error**2 for error in errors) / len(errors)))
+        preparing = stage in ("packing", "expansion")
+        rows = len(errors) if preparing else sum(run.evaluations > 0 for run in table)
+        # What was fitted to these very runs is closer to them than to others.
+        unseen = rows / max(rows - (LINE_CONSTANTS if preparing else FLOW_CONSTANTS), 1)
+        mean_square = sum(error**2 for error in errors) / len(errors)
+        return math.exp(SURE * math.sqrt(mean_square * unseen))
 
 
 def _fitted_steps(table: Sequence[Measured]) -> tuple[float, _PowerLaw, _PowerLaw]:

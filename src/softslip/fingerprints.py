@@ -58,8 +58,8 @@ ENTRIES: Mapping[str, tuple[str, ...]] = {
 DATA: Mapping[str, tuple[str, ...]] = {"softslip.figures.drawing": ("style.mplstyle",)}
 """Files of the package whose contents change what a module makes, as lines with # comments."""
 
-UNCOUNTED_DATA = ("accuracy.json",)
-"""Files that only choose values of parameters.
+UNCOUNTED_DATA = ("accuracy.json", "costs.json")
+"""Files that only choose values of parameters, or only say what runs cost.
 
 These values are a part of the run's identity: a choice that changes gives another run, and one
 that stays must not make finished runs start again.

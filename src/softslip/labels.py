@@ -11,6 +11,8 @@ import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
+from importlib.machinery import PathFinder
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -84,10 +86,14 @@ def text_attributes(path: Path, names: Sequence[str]) -> dict[str, str]:
 @cache
 def _library() -> ctypes.PyDLL:
     """Return the HDF5 library, whose functions are found among what netCDF4 is linked to."""
-    import netCDF4._netCDF4
-
-    # It keeps Python's lock: the library must not be called by two threads.
-    library = ctypes.PyDLL(netCDF4._netCDF4.__file__)
+    package = find_spec("netCDF4")
+    places = package and package.submodule_search_locations
+    module = places and PathFinder.find_spec("_netCDF4", places)
+    if not module or not module.origin:
+        raise ImportError("netCDF4 is not installed, or has no compiled module")
+    # It keeps Python's lock: the library must not be called by two threads. What netCDF4 does when
+    # it is imported is not needed, and takes as long as a thousand files.
+    library = ctypes.PyDLL(module.origin)
     for name, (result, arguments) in _SIGNATURES.items():
         function = getattr(library, name)
         function.restype, function.argtypes = result, arguments

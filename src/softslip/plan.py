@@ -176,12 +176,12 @@ class Plan:
         However many cores there are, it does not go faster.
         """
         index = {(task.stage, task.run): task for task in self.tasks}
-        ends: dict[Key, float] = {}
+        ends: dict[Key | None, float] = {None: 0.0}
         for task in self.tasks:
-            ends[task.stage, task.run] = ends.get(_parent(task), 0.0) + task.core_seconds
-        last = max(ends, key=lambda key: ends[key], default=None)
+            ends[task.stage, task.run] = ends[_parent(task)] + task.core_seconds
+        last = max(ends, key=lambda key: ends[key])
         found = []
-        while last is not None and last in index:
+        while last is not None:
             found.append(index[last])
             last = _parent(index[last])
         return tuple(task for task in reversed(found) if task.is_open)
@@ -198,7 +198,9 @@ class Plan:
             How many tasks run at a time, at least 1.
         """
         tasks = [task for task in self.tasks if task.is_open]
-        places = {(task.stage, task.run): place for place, task in enumerate(tasks)}
+        places: dict[Key | None, int] = {
+            (task.stage, task.run): place for place, task in enumerate(tasks)
+        }
         following: defaultdict[int, list[int]] = defaultdict(list)
         ready: list[tuple[bool, int]] = []
         for place, task in enumerate(tasks):
@@ -218,9 +220,13 @@ class Plan:
         return now
 
 
-def _parent(task: Task) -> Key:
-    """Return the stage and run before a task; those before a packing are nothing's."""
-    return (STAGES[STAGES.index(task.stage) - 1] if task.parent else "", task.parent or "")
+def _parent(task: Task) -> Key | None:
+    """Return the stage and run before a task, None before a packing."""
+    return None if task.parent is None else _before(task.stage, task.parent)
+
+
+def _before(stage: str, parent: str) -> Key:
+    return STAGES[STAGES.index(stage) - 1], parent
 
 
 def make_plan(
@@ -262,7 +268,8 @@ def make_plan(
         own = []
         for status in (each for each in found.runs if each.stage == stage):
             row, reason = table[status.run], reasons.get((stage, status.run), "")
-            action = _action(status, (stage, status.run) in origins, reason)
+            made_anew = row.parent is not None and _before(stage, row.parent) in reasons
+            action = _action(status, (stage, status.run) in origins, reason, made_anew)
             new = status.run not in known[stage] if known else reason == MISSING
             estimate = None
             if action in OPEN:
@@ -299,9 +306,9 @@ def _reasons(
     """
     reasons = _own_reasons(found, tables, origins)
     parents = {
-        (stage, run): (STAGES[place - 1], row.parent)
-        for place, stage in enumerate(STAGES)
-        for run, row in tables[stage].items()
+        (stage, run): _before(stage, row.parent)
+        for stage, table in tables.items()
+        for run, row in table.items()
         if row.parent is not None
     }
     before = -1
@@ -322,10 +329,10 @@ def _own_reasons(
 ) -> dict[Key, str]:
     """Return why runs are to be done whatever becomes of others."""
     reasons: dict[Key, str] = {}
-    for place, stage in enumerate(STAGES):
-        for run, row in tables[stage].items():
+    for stage, table in tables.items():
+        for run, row in table.items():
             key = stage, run
-            parent = found.datasets.get((STAGES[place - 1], row.parent or ""))
+            parent = found.datasets.get(_before(stage, row.parent)) if row.parent else None
             if key not in origins:
                 # Of the other stages only what is needed is made.
                 if stage == STAGES[-1]:
@@ -341,13 +348,13 @@ def _own_reasons(
     return reasons
 
 
-def _action(status: RunStatus, has_dataset: bool, reason: str) -> str:
+def _action(status: RunStatus, has_dataset: bool, reason: str, parent_anew: bool) -> str:
     if status.state == "running":
         return RUNNING
     if not reason:
         return REUSE if has_dataset else SKIP
-    # A checkpoint of a run whose parent is made anew is passed over, as is that of a finished one.
-    return CONTINUE if status.progress is not None and reason == MISSING else BEGIN
+    # A checkpoint that began with another parent is passed over, and a finished run has none.
+    return CONTINUE if status.progress is not None and not parent_anew else BEGIN
 
 
 def _task(

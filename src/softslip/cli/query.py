@@ -21,7 +21,7 @@ from softslip.storage import replacing, write_dataset
 from softslip.sweep import FOLDER, load_scenario
 
 if TYPE_CHECKING:
-    from softslip.results import Results
+    from softslip.catalogue.results import Results
 
 app = typer.Typer()
 
@@ -85,7 +85,7 @@ def query(
 
 def _opened(source: str, results: Path | None) -> "Results":
     """Return the results of a folder, or of a scenario, which wins where a name is both."""
-    from softslip.results import open_results, scenario_results
+    from softslip.catalogue.results import open_results, scenario_results
     from softslip.status import survey
 
     named = source.endswith(".yaml") or (FOLDER / f"{source}.yaml").is_file()

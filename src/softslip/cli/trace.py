@@ -18,9 +18,9 @@ from softslip.fields import brief, file_text
 from softslip.stages import STAGES
 
 if TYPE_CHECKING:
-    from softslip.contributions import Part
-    from softslip.origins import Origin
-    from softslip.trace import Group, Node, Trace
+    from softslip.tracing.contributions import Part
+    from softslip.tracing.origins import Origin
+    from softslip.tracing.trace import Group, Node, Trace
 
 app = typer.Typer()
 
@@ -54,8 +54,8 @@ def trace_command(
     graph: GraphFile = None,
 ) -> None:
     """Say what a figure, a dataset or a value was made from, back to seeds, commits and hosts."""
-    from softslip.targets import read_target
-    from softslip.trace import trace
+    from softslip.tracing.targets import read_target
+    from softslip.tracing.trace import trace
 
     if graph is not None:
         _check_graph(graph)
@@ -89,11 +89,11 @@ def _check_graph(path: Path) -> None:
 def _draw(found: "Trace", path: Path) -> None:
     """Draw what was made from what, and label the file with what it shows."""
     from softslip import figures
-    from softslip.diagrams import diagram
     from softslip.fingerprints import fingerprint
     from softslip.provenance import Work
     from softslip.stamps import FIGURE
     from softslip.storage import CONTENT_DIGEST
+    from softslip.tracing.diagrams import diagram
 
     work, root = Work(), found.nodes[0]
     drawn = diagram(found)
@@ -138,8 +138,8 @@ def _first(sentences: Sequence[str], every: bool) -> list[str]:
 
 def _subject(found: "Trace", every: bool) -> Iterator[str]:
     """Yield what the target is, and its values."""
-    from softslip.contributions import fit_message
-    from softslip.targets import measured, with_error
+    from softslip.tracing.contributions import fit_message
+    from softslip.tracing.targets import measured, with_error
 
     root, values = found.nodes[0], found.values
     if values is None:
@@ -158,14 +158,14 @@ def _subject(found: "Trace", every: bool) -> Iterator[str]:
 
 
 def _at(coordinates: Any) -> str:
-    from softslip.origins import shown
+    from softslip.tracing.origins import shown
 
     return ", ".join(f"{name} {shown(value)}" for name, value in coordinates.items())
 
 
 def _summary(found: "Trace") -> Iterator[str]:
     """Yield how many runs there are behind the target, and where all of it was made."""
-    from softslip.origins import CHANGED, origin_of
+    from softslip.tracing.origins import CHANGED, origin_of
 
     origin = origin_of(found.products)
     yield f"from {_sources(found)}{_seeds(origin)}"
@@ -181,7 +181,7 @@ def _summary(found: "Trace") -> Iterator[str]:
 
 def _sources(found: "Trace") -> str:
     """Return how many runs there are, and what of them was used where it is not the same."""
-    from softslip.trace import LAST
+    from softslip.tracing.trace import LAST
 
     runs = sum(node.stage == LAST for node in found.nodes)
     known = runs or found.parts is not None
@@ -219,7 +219,7 @@ def _seeds(origin: "Origin") -> str:
 
 def _facts(origin: "Origin") -> Iterator[str]:
     """Yield commits, hosts, effort, restarts and dates."""
-    from softslip.origins import listed
+    from softslip.tracing.origins import listed
 
     yield f"{'commits' if len(origin.commits) > 1 else 'commit'} {listed(origin.commits)}"
     yield f"{'hosts' if len(origin.hosts) > 1 else 'host'} {listed(origin.hosts)}"
@@ -228,7 +228,7 @@ def _facts(origin: "Origin") -> Iterator[str]:
 
 def _work(origin: "Origin") -> Iterator[str]:
     """Yield effort, restarts and dates."""
-    from softslip.origins import effort
+    from softslip.tracing.origins import effort
 
     yield effort(origin.core_seconds)
     if origin.restarts:
@@ -240,7 +240,7 @@ def _work(origin: "Origin") -> Iterator[str]:
 
 def _own_facts(found: "Trace", nodes: Sequence["Node"]) -> str:
     """Return what is not the same for all: code, effort, and commits and hosts if they differ."""
-    from softslip.origins import listed, origin_of
+    from softslip.tracing.origins import listed, origin_of
 
     whole = origin_of(found.products)
     own = origin_of(node.product for node in nodes if node.product is not None)
@@ -251,7 +251,7 @@ def _own_facts(found: "Trace", nodes: Sequence["Node"]) -> str:
 
 def _tree(found: "Trace", every: bool) -> Tree:
     """Return the groups, each behind the one that was made from it."""
-    from softslip.trace import LAST
+    from softslip.tracing.trace import LAST
 
     branches: list[Tree] = []
     for group in found.groups:
@@ -280,8 +280,8 @@ def _reason(part: "Part") -> str:
 
 def _headline(found: "Trace", group: "Group") -> str:
     """Return a group in one line."""
-    from softslip.origins import listed
-    from softslip.trace import FOUND
+    from softslip.tracing.origins import listed
+    from softslip.tracing.trace import FOUND
 
     count, first = len(group.nodes), group.nodes[0]
     if count == 1:

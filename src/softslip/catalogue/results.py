@@ -19,11 +19,8 @@ import pandas as pd
 import xarray as xr
 
 from softslip import observables
-from softslip.conditions import MISSING, Condition, parse
-from softslip.errors import ConfigError, DatasetError
-from softslip.fields import all_fields, brief, file_text
-from softslip.parameters import Parameters
-from softslip.runs import (
+from softslip.catalogue.conditions import MISSING, Condition, parse
+from softslip.catalogue.runs import (
     BY_BEGINNING,
     DONE,
     IDENTITY,
@@ -38,6 +35,9 @@ from softslip.runs import (
     swept_parameters,
     with_file,
 )
+from softslip.errors import ConfigError, DatasetError
+from softslip.fields import all_fields, brief, file_text
+from softslip.parameters import Parameters
 from softslip.stages import STAGES, stage_parameters
 from softslip.storage import read_dataset
 from softslip.sweep import Scenario
@@ -139,12 +139,13 @@ class Results:
         Parameters
         ----------
         expression
-            Such as ``roughness == 0 and stress > 0.1``; `softslip.conditions` has the grammar and
-            `names` the names: labels of axes, dotted paths of parameters (``wall.roughness``),
-            their last part where it is the only one, ``run``, ``stage``, ``state`` and what the
-            provenance says. Numbers are compared exactly: what a scenario has as 0.59 is equal to
-            0.59. Digests, runs and dates are equal to what they begin with. A run that does not
-            depend on a parameter, as a packing on the stress, is never chosen by it.
+            Such as ``roughness == 0 and stress > 0.1``; `softslip.catalogue.conditions` has the
+            grammar and `names` the names: labels of axes, dotted paths of parameters
+            (``wall.roughness``), their last part where it is the only one, ``run``, ``stage``,
+            ``state`` and what the provenance says. Numbers are compared exactly: what a scenario
+            has as 0.59 is equal to 0.59. Digests, runs and dates are equal to what they begin with.
+            A run that does not depend on a parameter, as a packing on the stress, is never chosen
+            by it.
 
         Raises
         ------

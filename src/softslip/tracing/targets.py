@@ -14,8 +14,8 @@ import xarray as xr
 from softslip.errors import ConfigError, DatasetError
 from softslip.fields import brief, file_text
 from softslip.lineage import DATASET, Product, read_product
-from softslip.origins import shown
 from softslip.storage import read_dataset
+from softslip.tracing.origins import shown
 
 SAME_NUMBER = 5e-6
 """Largest relative difference of a number from the coordinate that it names: that of six digits,

@@ -8,15 +8,15 @@ from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from typing import Any
 
-from softslip.contributions import RUN, Part, cells_of, fitted_parts, miscounted
 from softslip.errors import DatasetError
 from softslip.fields import file_text
 from softslip.lineage import DATASET, Archive, Parent, Product, read_product
-from softslip.origins import swept_values
 from softslip.stages import STAGES
 from softslip.stamps import FIGURE, FORMATS, check_figure
 from softslip.storage import read_dataset
-from softslip.targets import Target, Values, find_values
+from softslip.tracing.contributions import RUN, Part, cells_of, fitted_parts, miscounted
+from softslip.tracing.origins import swept_values
+from softslip.tracing.targets import Target, Values, find_values
 
 FOUND, MISSING, REPLACED, UNREADABLE = "found", "missing", "replaced", "unreadable"
 """Whether what a product says that it was made from is there: with that content, not at all, with

@@ -7,10 +7,10 @@ from typing import Any
 
 from softslip.figures.drawing import named
 from softslip.figures.lineage import Box
-from softslip.origins import CHANGED, effort, listed, origin_of
 from softslip.stages import STAGES
-from softslip.targets import measured
-from softslip.trace import FOUND, Node, Trace
+from softslip.tracing.origins import CHANGED, effort, listed, origin_of
+from softslip.tracing.targets import measured
+from softslip.tracing.trace import FOUND, Node, Trace
 
 MOST_BOXES = 60
 """Most boxes of a diagram whose runs are all drawn."""

@@ -11,7 +11,7 @@ from softslip.errors import DatasetError
 from softslip.fits.flow import PARAMETERS
 from softslip.fits.points import with_stress
 from softslip.observables import mean_over_seeds
-from softslip.targets import Values, value_at
+from softslip.tracing.targets import Values, value_at
 
 RUN = "run_id"
 """Variable of a table of runs that says which run each cell comes from."""

@@ -1,0 +1,1 @@
+"""From a figure, a dataset or a value back to what it was made from."""
