@@ -105,7 +105,7 @@ def _library() -> ctypes.PyDLL:
 
 @contextmanager
 def _opened(library: ctypes.PyDLL, path: Path) -> Iterator[int]:
-    file = library.H5Fopen(os.fsencode(path.absolute()), _DEFAULT, _DEFAULT)
+    file = library.H5Fopen(os.fsencode(path), _DEFAULT, _DEFAULT)
     if file < 0:
         raise DatasetError(f"{file_text(path)}: cannot be read as a NetCDF file")
     try:

@@ -12,7 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from softslip.cli.common import AsJson, Results, ScenarioName, one_line_errors
-from softslip.cli.status import counted, duration
+from softslip.cli.status import counted, duration, uncollected
 from softslip.stages import STAGES
 from softslip.sweep import Scenario, load_scenario
 
@@ -51,10 +51,11 @@ def plan(
     """
     from softslip.plan import make_plan
 
-    loaded = load_scenario(scenario)
-    other = None if against is None else load_scenario(against)
-    folder = results or Path("results") / loaded.name
-    made = make_plan(loaded, folder, other)
+    with uncollected():
+        loaded = load_scenario(scenario)
+        other = None if against is None else load_scenario(against)
+        folder = results or Path("results") / loaded.name
+        made = make_plan(loaded, folder, other)
     if as_json:
         print(json.dumps(_as_mapping(loaded, folder, made, other, cores)))
         return

@@ -1,10 +1,12 @@
 """`softslip status` and `softslip clean`: how far the runs are, and what nobody needs any more."""
 
+import gc
 import json
 import shlex
 import sys
 import time
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -62,7 +64,8 @@ def status(
 
     if as_json and watch is not None:
         raise ConfigError("watch", watch, "is given with --json", "leave out one of the two")
-    loaded = load_scenario(scenario)
+    with uncollected():
+        loaded = load_scenario(scenario)
     folder = results or Path("results") / loaded.name
     remedy = shlex.join(["softslip", "clean", scenario, *_results_option(results)])
     if as_json:
@@ -73,6 +76,18 @@ def status(
         _console().print(Group(*shown), crop=False)
     else:
         _watch(loaded, folder, every, watch, remedy)
+
+
+@contextmanager
+def uncollected() -> Iterator[None]:
+    """Let no garbage be looked for: of thousands of runs none is, and looking takes its time."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
 
 
 def _results_option(results: Path | None) -> list[str]:
