@@ -63,7 +63,7 @@ class Results:
         """Write a dataset with the labels of its parents' files and its own."""
         labels = {key: words.pop(key) for key in ("stage", "run")}
         read = [xr.open_dataset(parent) for parent in parents]
-        told = Work().labels(read, fingerprint=CODE, **words)
+        told = Work().labels(read, fingerprint=CODE, **{"core_seconds": 0.0, **words})
         for each in read:
             each.close()
         write_dataset(dataset.assign_attrs(told), path, **labels, title="made up")

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from PIL import Image
+from projects import TINY
 
 from softslip import stamps
 from softslip.cli import app
@@ -26,19 +27,8 @@ from softslip.verification import survey
 from softslip.verification.claims import TABLES
 from softslip.verification.evidence import Evidence, examine
 
-SCENARIO = """\
-description: Two runs of the smallest chain through every stage.
-base:
-  fidelity: preview
-  channel: {length: 0.046875, height: 0.046875, outer_gap: 0.0078125}
-  packing: {equilibration_steps: 500}
-  expansion: {ramp_steps: 500, relaxation_steps: 200, growth_nodes: 24}
-  time_stepping: {ageing_time: 0.2, shear_time: 0.5, longest_step: 0.05}
-  recording: {snapshots: [0.25], bulk_margin: null, stride: 2, profiles: 2}
-axes:
-  rheometer.stress: [0.2, 0.4]
-"""
-"""Eight particles: a fraction of a second a stage."""
+SCENARIO = TINY + "axes:\n  rheometer.stress: [0.2, 0.4]\n"
+"""Two runs that share all stages but the last."""
 
 NAME = "small"
 

@@ -20,7 +20,9 @@ import small_results
 from projects import ROOT, copy_project
 from rocrate import vocabs
 from rocrate.rocrate import ROCrate
+from typer.testing import CliRunner
 
+from softslip.cli import app
 from softslip.crate import Words, collect, files_of, write_archive, write_folder
 from softslip.crate.contents import RULES, item, wanted
 from softslip.crate.graph import TERMS
@@ -673,15 +675,16 @@ def test_what_cannot_be_is_one_sentence(project, monkeypatch, capsys, words, sai
     assert set(below(project)) == before
 
 
-def test_the_command_writes_beside_the_results_and_says_so(own, monkeypatch, capsys):
+def test_the_command_writes_beside_the_results_and_says_so(own, monkeypatch):
     monkeypatch.chdir(own)
     agent = ["--agent", "Josiah Carberry", "--orcid", "https://orcid.org/0000-0002-1825-0097"]
-    assert not small_results.call(["crate", "small", "--data", "link", *agent])
-    assert re.match(r"wrote results/small\.crate: \d+ files, ", capsys.readouterr().out)
+    written = CliRunner().invoke(app, ["crate", "small", "--data", "link", *agent])
+    assert re.match(r"wrote results/small\.crate: \d+ files, ", written.stdout)
     entities = json.loads((own / "results" / "small.crate" / METADATA).read_text())["@graph"]
     assert "https://orcid.org/0000-0002-1825-0097" in {each["@id"] for each in entities}
-    assert "exit status" in small_results.call(["crate", "small"])
-    assert "'results/small.crate' is there already" in capsys.readouterr().err
+    again = CliRunner().invoke(app, ["crate", "small"])
+    assert again.exit_code == 2
+    assert "'results/small.crate' is there already" in again.stderr
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ Numbers are the shortest decimals that read back as the same float64, or integer
 """
 
 import csv
+import os
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -392,7 +393,7 @@ def target_table(target: str, results: Path | None = None) -> tuple[Table, tuple
         When it is none of these, or cannot be read.
     """
     path, variable = Path(target), None
-    if not path.exists() and f"{DATASET}:" in target:
+    if not os.path.exists(path) and f"{DATASET}:" in target:
         before, _, variable = target.rpartition(":")
         path = Path(before)
     if path.suffix in FORMATS and variable is None:

@@ -44,14 +44,19 @@ def contact_pressure(thickness: float, contact_range: float, strength: float) ->
 @cache
 def film_under(pressure: float, contact_range: float, strength: float) -> float:
     """Return the film that carries a pressure between parallel membranes [length unit]."""
-    from scipy.optimize import brentq  # Reading a scenario must not wait for it in vain.
 
     def excess(ratio: float) -> float:
         return contact_pressure(ratio * contact_range, contact_range, strength) - pressure
 
     if excess(_THINNEST) < 0:
         return _THINNEST * contact_range
-    return contact_range * float(brentq(excess, _THINNEST, _THICKEST, xtol=1e-12))
+    # Halved here: every command reads a scenario, and importing SciPy's solvers takes it half a
+    # second more.
+    thin, thick = _THINNEST, _THICKEST
+    while thick - thin > 1e-12:
+        middle = 0.5 * (thin + thick)
+        thin, thick = (middle, thick) if excess(middle) > 0 else (thin, middle)
+    return contact_range * 0.5 * (thin + thick)
 
 
 def points_in_range(parameters: Tree, refinement: int) -> float:

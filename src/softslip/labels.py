@@ -75,7 +75,7 @@ def text_attributes(path: Path, names: Sequence[str]) -> dict[str, str]:
     DatasetError
         When the file is missing or cannot be read.
     """
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise DatasetError(f"{file_text(path)}: is not there, or no file")
     library = _library()
     with _opened(library, path) as file:

@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pypdf
 from PIL import Image
 
 from softslip.errors import DatasetError
@@ -148,6 +147,8 @@ def _svg_text(content: bytes) -> str:
 
 
 def _pdf_text(content: bytes) -> str:
+    import pypdf  # Few figures are PDF, and every command would wait for it.
+
     told = pypdf.PdfReader(io.BytesIO(content), strict=True).metadata
     if told is None or told.subject is None:
         raise ValueError("no subject")

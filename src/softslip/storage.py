@@ -233,7 +233,7 @@ def read_dataset(path: Path, *, stage: str, run: str | None = None) -> xr.Datase
     # A pipe would be waited for, and nobody should be told to delete a folder or a device.
     if os.path.lexists(path) and not path.is_file():
         raise DatasetError(f"{name}: is not a file; give the file that the {stage} stage wrote")
-    if path.exists():
+    if os.path.isfile(path):
         # First, as a damaged file can make the library crash or wait for ever.
         check_seal(path, required=False)
     try:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import xarray as xr
+from projects import TINY
 
 from softslip.checkpoint import SUFFIX
 from softslip.stamps import check_figure
@@ -22,17 +23,7 @@ from softslip.sweep import load_scenario
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 
-SCENARIO = """\
-description: The smallest run through every stage; nothing but its bytes is looked at.
-base:
-  fidelity: preview
-  channel: {length: 0.046875, height: 0.046875, outer_gap: 0.0078125}
-  packing: {equilibration_steps: 500}
-  expansion: {ramp_steps: 500, relaxation_steps: 200, growth_nodes: 24}
-  time_stepping: {ageing_time: 0.2, shear_time: 0.5, longest_step: 0.05}
-  recording: {snapshots: [0.25], bulk_margin: null, stride: 2, profiles: 2}
-"""
-"""Eight particles: a fraction of a second a stage."""
+SCENARIO = TINY
 
 SHORT = SCENARIO.replace("shear_time: 0.5", "shear_time: 0.2").replace(
     "snapshots: [0.25]", "snapshots: [0.1], samples_per_decade: 2"

@@ -6,18 +6,7 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
-from projects import copy_project
-
-SCENARIO = """\
-description: The smallest run through every stage; nothing but what is made again is looked at.
-base:
-  fidelity: preview
-  channel: {length: 0.046875, height: 0.046875, outer_gap: 0.0078125}
-  packing: {equilibration_steps: 500}
-  expansion: {ramp_steps: 500, relaxation_steps: 200, growth_nodes: 24}
-  time_stepping: {ageing_time: 0.2, shear_time: 0.5, longest_step: 0.05}
-  recording: {snapshots: [0.25], bulk_margin: null, stride: 2, profiles: 2}
-"""
+from projects import TINY, copy_project
 
 
 def snakemake(
@@ -37,6 +26,6 @@ def snakemake(
 def made(folder: Path) -> Path:
     """Return a copy of the project with every result of the scenario."""
     copy_project(folder)
-    (folder / "config" / "tiny.yaml").write_text(SCENARIO)
+    (folder / "config" / "tiny.yaml").write_text(TINY)
     snakemake(folder, "all")
     return folder

@@ -3,7 +3,7 @@
 import functools
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -43,8 +43,17 @@ LONGEST_NAME = 255
 """Longest name of a file on the usual file systems [byte]."""
 
 
-def check_output(path: Path) -> None:
+def check_output(path: Path, option: str = "output", endings: Sequence[str] = OUTPUTS) -> None:
     """Refuse an output that cannot be written, or that would replace what no command has written.
+
+    Parameters
+    ----------
+    path
+        Which file it is.
+    option
+        That names it.
+    endings
+        Suffixes that it may have.
 
     Raises
     ------
@@ -54,14 +63,19 @@ def check_output(path: Path) -> None:
     inside = next(folder for folder in path.absolute().parents if os.path.lexists(folder))
     limits = {
         "is no plain text": not str(path).isprintable(),
-        f"does not end in {', '.join(OUTPUTS[:-1])} or {OUTPUTS[-1]}": path.suffix not in OUTPUTS,
+        f"does not end in {_either(endings)}": path.suffix not in endings,
         "has too long a name": len(os.fsencode(path.name)) > LONGEST_NAME,
         "is there already and is no file": os.path.lexists(path) and not os.path.isfile(path),
         "lies in what is no folder": not inside.is_dir(),
     }
     for limit, broken in limits.items():
         if broken:
-            raise ConfigError("output", brief(str(path)), limit, "give a file such as out.nc")
+            remedy = f"give a file such as out{endings[0]}"
+            raise ConfigError(option, brief(str(path)), limit, remedy)
+
+
+def _either(words: Sequence[str]) -> str:
+    return " or ".join(filter(None, (", ".join(words[:-1]), words[-1])))
 
 
 def one_line_errors(command: Callable[..., None]) -> Callable[..., None]:

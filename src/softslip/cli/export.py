@@ -1,15 +1,12 @@
 """`softslip export`: the numbers of a figure or a dataset as CSV."""
 
-import os
 import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from softslip.cli.common import one_line_errors
-from softslip.errors import ConfigError
-from softslip.fields import brief
+from softslip.cli.common import check_output, one_line_errors
 
 app = typer.Typer()
 
@@ -28,26 +25,6 @@ FigureData = Annotated[
 ]
 
 
-def check_csv(path: Path, option: str) -> None:
-    """Refuse a file that cannot be written, or that would replace what is no table.
-
-    Raises
-    ------
-    ConfigError
-        Before any work is done.
-    """
-    inside = next(folder for folder in path.absolute().parents if os.path.lexists(folder))
-    limits = {
-        "is no plain text": not str(path).isprintable(),
-        f"does not end in {SUFFIX}": path.suffix != SUFFIX,
-        "is there already and is no file": os.path.lexists(path) and not os.path.isfile(path),
-        "lies in what is no folder": not inside.is_dir(),
-    }
-    for limit, broken in limits.items():
-        if broken:
-            raise ConfigError(option, brief(str(path)), limit, "give a file such as out.csv")
-
-
 @app.command()
 @one_line_errors
 def export(target: Target, csv: CsvOutput = None, results: FigureData = None) -> None:
@@ -55,7 +32,7 @@ def export(target: Target, csv: CsvOutput = None, results: FigureData = None) ->
     from softslip.export import save_csv, target_table, write_csv
 
     if csv is not None:
-        check_csv(csv, "output")
+        check_output(csv, "output", [SUFFIX])
     table, notes = target_table(target, results)
     for note in notes:
         print(note, file=sys.stderr)

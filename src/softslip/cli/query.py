@@ -1,6 +1,7 @@
 """`softslip query`: the runs that a condition holds for, as a table, a file or a dataset."""
 
 import json
+import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -10,9 +11,9 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from softslip.cli.common import AsJson, one_line_errors
+from softslip.cli.common import AsJson, check_output, one_line_errors
 from softslip.cli.common import Results as ResultsFolder
-from softslip.cli.export import check_csv
+from softslip.cli.export import SUFFIX
 from softslip.errors import ConfigError
 from softslip.fields import brief, file_text, printable
 from softslip.fingerprints import fingerprint
@@ -62,7 +63,7 @@ def query(
     """List the runs that a condition on parameters or provenance holds for."""
     work = Work()
     if csv is not None:
-        check_csv(csv, "csv")
+        check_output(csv, "csv", [SUFFIX])
     if output is not None and output.suffix != ".nc":
         raise ConfigError("output", brief(str(output)), "does not end in .nc", "give out.nc")
     found = _opened(source, results)
@@ -88,8 +89,8 @@ def _opened(source: str, results: Path | None) -> "Results":
     from softslip.catalogue.results import open_results, scenario_results
     from softslip.status import survey
 
-    named = source.endswith(".yaml") or (FOLDER / f"{source}.yaml").is_file()
-    if not named and Path(source).is_dir():
+    named = source.endswith(".yaml") or os.path.isfile(FOLDER / f"{source}.yaml")
+    if not named and os.path.isdir(source):
         if results is not None:
             raise ConfigError("results", brief(str(results)), "is given with a folder", "give one")
         return open_results(source)

@@ -13,8 +13,7 @@ from rich.text import Text
 from rich.tree import Tree
 
 from softslip.cli.common import FAILURE_EXIT, AsJson, Results, check_output, one_line_errors
-from softslip.errors import ConfigError
-from softslip.fields import brief, file_text
+from softslip.fields import file_text
 from softslip.stages import STAGES
 
 if TYPE_CHECKING:
@@ -80,10 +79,7 @@ def _check_graph(path: Path) -> None:
     """
     from softslip.stamps import FORMATS
 
-    if path.suffix not in FORMATS:
-        limit, remedy = "is no figure", f"give a file that ends in {', '.join(FORMATS)}"
-        raise ConfigError("graph", brief(str(path)), limit, remedy)
-    check_output(path)
+    check_output(path, "graph", FORMATS)
 
 
 def _draw(found: "Trace", path: Path) -> None:

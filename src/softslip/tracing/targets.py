@@ -1,6 +1,7 @@
 """What people point at: a file of results, or values in a dataset by their coordinates."""
 
 import math
+import os
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -61,7 +62,7 @@ def read_target(text: str) -> Target:
     ConfigError
         When it cannot be read.
     """
-    if Path(text).is_file():
+    if os.path.isfile(text):
         return Target(Path(text))
     written = _WRITTEN.fullmatch(text)
     rest = written and written["rest"]
