@@ -79,6 +79,8 @@ def _show_bench(result: Mapping[str, Any], as_json: bool, output: Path | None) -
     dataset = as_dataset(result)
     if output is not None:
         name = result["bench"]
+        chosen = {key: value for key, value in result.items() if isinstance(value, int | str)}
+        dataset = dataset.assign_attrs(parameters=json.dumps(chosen))
         labelled = dataset.assign_attrs(Work().labels(fingerprint=fingerprint("bench")))
         write_dataset(labelled, output, stage="bench", run=name, title=f"benchmark of {name}")
     if as_json:

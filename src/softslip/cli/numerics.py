@@ -1,5 +1,6 @@
 """`softslip numerics`: the jobs of a study of the numerics, and what is published of it."""
 
+import json
 import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -67,10 +68,21 @@ class _Job:
     ) -> None:
         """Write a dataset with what produced it."""
         origin = Work().labels(parents, fingerprint=fingerprint(MADE_BY[kind]))
-        labelled = dataset.assign_attrs(study=self.study.name, **origin)
+        parameters = dataset.attrs.get("parameters", self._parameters(kind, name))
+        labelled = dataset.assign_attrs(study=self.study.name, parameters=parameters, **origin)
         write_dataset(
             labelled, output, stage=kind, run=name, title=f"{kind} of the numerics: {name}"
         )
+
+    def _parameters(self, kind: str, name: str) -> str:
+        """Return the part of the study that a dataset depends on, as JSON."""
+        if kind == "validation":
+            wanted = self.study.validation[name]
+            return json.dumps({"case": wanted.case, "axes": dict(wanted.axes)})
+        if kind == "elements":
+            return json.dumps(dict(self.study.elements))
+        plans = {"stability": self.study.stability, "tradeoff": self.study.tradeoff}
+        return json.dumps(plans[MADE_BY[kind]].model_dump(mode="json"))
 
 
 def _job(name: str) -> _Job:
