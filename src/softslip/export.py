@@ -26,23 +26,9 @@ from softslip.errors import DatasetError
 from softslip.fields import file_text, printable
 from softslip.figures.shown import Quantity, Series, coordinates, quantity, shown
 from softslip.lineage import DATASET, Archive, Parent, Product, read_product
+from softslip.products import FIGURES
 from softslip.stamps import FORMATS, check_figure, read_labels
 from softslip.storage import CONTENT_DIGEST, RECORD_DIGEST, VOLATILE, read_dataset, replacing
-
-FIGURES = (
-    "flow_curves",
-    "creep",
-    "profiles",
-    "snapshot",
-    "benchmark",
-    "trajectory",
-    "validation",
-    "tradeoff",
-    "extrapolation",
-    "stability_map",
-    "stability_limit",
-)
-"""Figures that show numbers, by their names."""
 
 PANEL, SERIES = "panel", "series"
 """Columns that say where in a figure a point is."""

@@ -135,7 +135,7 @@ def _labels(path: Path, content: bytes) -> dict[str, Any]:
 
 def _png_text(content: bytes) -> str:
     with Image.open(io.BytesIO(content)) as image:
-        image.load()
+        # Before the pixels, which are not looked at: there may be thousands of figures.
         return str(image.info["Description"])
 
 

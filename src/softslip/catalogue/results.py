@@ -26,7 +26,6 @@ from softslip.catalogue.runs import (
     IDENTITY,
     LAST,
     PROVENANCE,
-    TABLES,
     StoredRun,
     flat_tree,
     label_paths,
@@ -38,6 +37,7 @@ from softslip.catalogue.runs import (
 from softslip.errors import ConfigError, DatasetError
 from softslip.fields import all_fields, brief, file_text
 from softslip.parameters import Parameters
+from softslip.products import TABLES
 from softslip.stages import STAGES, stage_parameters
 from softslip.storage import read_dataset
 from softslip.sweep import Scenario
@@ -49,6 +49,49 @@ KEY_PROVENANCE = ("core_seconds", "restarts", "ended", "host", "commit")
 """What a table shows of how runs were made."""
 
 TableName = Literal["flow_curve", "creep", "profiles"]
+
+
+def check_table(table: str) -> None:
+    """Refuse the name of a table that there is none of.
+
+    Raises
+    ------
+    ConfigError
+        When it is none of `softslip.products.TABLES`.
+    """
+    if table not in TABLES:
+        options = f"use one of {', '.join(TABLES)}"
+        raise ConfigError("table", brief(table), "is not an analysis", options)
+
+
+def gather_table(
+    table: str, runs: Iterable[tuple[Mapping[str, Any], xr.Dataset | None]]
+) -> tuple[xr.Dataset, list[xr.Dataset]]:
+    """Return a table over runs, and the labels of each that it was made from.
+
+    Of each run only what names it is kept, as a dataset without data: there may be thousands.
+
+    Parameters
+    ----------
+    table
+        One of `softslip.products.TABLES`.
+    runs
+        See `softslip.observables.tables.collect`.
+
+    Raises
+    ------
+    DatasetError
+        When no run is done.
+    """
+    parents: list[xr.Dataset] = []
+
+    def noted() -> Iterator[tuple[Mapping[str, Any], xr.Dataset | None]]:
+        for labels, records in runs:
+            if records is not None:
+                parents.append(xr.Dataset(attrs=records.attrs))
+            yield labels, records
+
+    return getattr(observables, table)(noted()), parents
 
 
 class Results:
@@ -283,25 +326,20 @@ class Results:
 
         The labels are datasets without data, as `softslip.provenance.Work.labels` wants them.
         """
-        if table not in TABLES:
-            options = f"use one of {', '.join(TABLES)}"
-            raise ConfigError("table", brief(table), "is not an analysis", options)
+        check_table(table)
         for run in self._chosen:
             if run.stage != LAST:
                 remedy = f"choose runs of stage {LAST}"
                 raise ConfigError("stage", run.stage, f"has no {table}", remedy)
-        parents: list[xr.Dataset] = []
-
-        def noted() -> Iterator[tuple[dict[str, Any], xr.Dataset | None]]:
-            for run in self._chosen:
-                records = self.records(run) if run.state == DONE else None
-                if records is not None:
-                    parents.append(xr.Dataset(attrs=records.attrs))
-                yield self.coordinates(run), records
-
         if not self._chosen:
             raise DatasetError("none of the runs was chosen; ask for less at once")
-        return getattr(observables, table)(noted()), parents
+        return gather_table(
+            table,
+            (
+                (self.coordinates(run), self.records(run) if run.state == DONE else None)
+                for run in self._chosen
+            ),
+        )
 
     def as_json(self) -> str:
         """Return what the chosen runs have in common and what is swept, as a JSON object."""

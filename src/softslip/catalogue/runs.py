@@ -16,14 +16,12 @@ from softslip.errors import DatasetError
 from softslip.fields import all_fields, brief, extra, file_text
 from softslip.labels import LABELS, text_attributes
 from softslip.parameters import Parameters
+from softslip.products import TABLES
 from softslip.stages import STAGES
 from softslip.storage import CONTENT_DIGEST, RECORD_DIGEST
 
 LAST = STAGES[-1]
 """Stage whose runs are meant where nothing is said of stages."""
-
-TABLES = ("flow_curve", "creep", "profiles")
-"""What `Results.dataset` can make, functions of `softslip.observables`."""
 
 DONE = "done"
 """State of a run that has its file."""

@@ -1,7 +1,6 @@
 """`softslip draw`: a figure from datasets."""
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -12,29 +11,12 @@ from softslip.cli.common import Output, one_line_errors
 from softslip.errors import ConfigError
 from softslip.fields import brief
 from softslip.fingerprints import fingerprint
+from softslip.products import ANY_MORE, FIGURES
 from softslip.provenance import Work, parents_of
 from softslip.stamps import FIGURE
 from softslip.storage import read_dataset
 
 app = typer.Typer()
-
-ANY_MORE = "..."
-"""Stands for any number of further datasets of the kind before it."""
-
-FIGURES: Mapping[str, tuple[str, ...]] = {
-    "flow_curves": ("flow_curve", "fits"),
-    "creep": ("creep",),
-    "profiles": ("profiles",),
-    "snapshot": ("shear",),
-    "benchmark": ("bench/scaling", "bench", ANY_MORE),
-    "trajectory": ("bench/trajectory",),
-    "validation": ("validation", ANY_MORE),
-    "tradeoff": ("tradeoff",),
-    "extrapolation": ("tradeoff",),
-    "stability_map": ("stability_map",),
-    "stability_limit": ("limits",),
-}
-"""Figures, and the datasets that each shows: their stage, or their stage and run."""
 
 FigureName = Annotated[str, typer.Argument(metavar="FIGURE", help=f"One of {', '.join(FIGURES)}.")]
 

@@ -12,9 +12,8 @@ from rich.table import Table
 from rich.text import Text
 
 from softslip.cli.common import Output, Results, ScenarioName, one_line_errors, tell_choice
-from softslip.errors import ConfigError
-from softslip.fields import brief
 from softslip.fingerprints import fingerprint
+from softslip.products import TABLES
 from softslip.provenance import Work
 from softslip.reference import write_references
 from softslip.stages import STAGES
@@ -35,9 +34,6 @@ def _finished(
         yield dict(run.coordinates), records
 
 
-TABLES = ("flow_curve", "creep", "profiles")
-"""Analyses that gather all runs of a scenario, by the name of their dataset."""
-
 TableName = Annotated[str, typer.Argument(metavar="TABLE", help=f"One of {', '.join(TABLES)}.")]
 
 
@@ -47,23 +43,11 @@ def gather(
     table: TableName, scenario: ScenarioName, output: Output, results: Results = None
 ) -> None:
     """Gather the finished runs of a scenario into one dataset."""
-    from softslip import observables
+    from softslip.catalogue.results import check_table, gather_table
 
-    if table not in TABLES:
-        raise ConfigError(
-            "table", brief(table), "is not an analysis", f"use one of {', '.join(TABLES)}"
-        )
+    check_table(table)
     loaded = load_scenario(scenario)
-    # Of each run only what names it is kept: there may be thousands.
-    parents: list[xr.Dataset] = []
-
-    def noted() -> Iterator[tuple[dict[str, Any], xr.Dataset | None]]:
-        for labels, records in _finished(loaded, results):
-            if records is not None:
-                parents.append(xr.Dataset(attrs=records.attrs))
-            yield labels, records
-
-    gathered = getattr(observables, table)(noted())
+    gathered, parents = gather_table(table, _finished(loaded, results))
     labelled = gathered.assign_attrs(
         parameters=loaded.as_json(), **Work().labels(parents, fingerprint=fingerprint("gather"))
     )

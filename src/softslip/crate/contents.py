@@ -9,8 +9,8 @@ from pathlib import Path, PurePosixPath
 from softslip.errors import ConfigError, DatasetError
 from softslip.fields import brief, file_text
 from softslip.lineage import DATASET, Parent, Product, read_product
+from softslip.products import Wanted, wanted
 from softslip.provenance import ROOT
-from softslip.stages import STAGES
 from softslip.stamps import FIGURE, check_figure
 from softslip.storage import read_dataset
 from softslip.sweep import FOLDER, Scenario, load_scenario
@@ -52,14 +52,6 @@ RULES: Mapping[str, Rule] = {
     "snapshot": Rule("draw", "Draws the particles of a run", ("shear",)),
 }
 """Steps of the workflow, each after those whose results it reads."""
-
-TABLES = ("flow_curve", "creep", "profiles")
-"""Tables over all runs of a scenario."""
-
-FITS = "fits"
-
-FIGURES = ("flow_curves", "creep", "profiles")
-"""Figures of all runs of a scenario."""
 
 MOST_NAMED = 3
 """Missing results that a sentence names; of more it says the number."""
@@ -109,46 +101,6 @@ def listed(names: Sequence[str]) -> str:
     """Return the first of some names, and how many more there are."""
     more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
     return f"{', '.join(names[:MOST_NAMED])}{more}"
-
-
-@dataclass(frozen=True)
-class Wanted:
-    """A result that the workflow makes of a scenario.
-
-    Attributes
-    ----------
-    rule
-        Its step, one of `RULES`.
-    stage, run
-        What it says that it is.
-    name
-        Its path in the folder of the results, with slashes.
-    """
-
-    rule: str
-    stage: str
-    run: str
-    name: str
-
-    @property
-    def benchmark(self) -> str:
-        """Where Snakemake notes what the job took, in the folder of the results."""
-        return f"benchmarks/{self.name.rpartition('.')[0]}.tsv"
-
-
-def wanted(scenario: Scenario) -> Iterator[Wanted]:
-    """Yield every result that the workflow makes of a scenario, parents before children."""
-    for stage in STAGES:
-        for run in scenario.stage_table(stage):
-            yield Wanted(stage, stage, run, f"{stage}/{run}{DATASET}")
-    for table in TABLES:
-        yield Wanted("gather", table, scenario.name, f"{table}{DATASET}")
-    yield Wanted("fit", FITS, scenario.name, f"{FITS}{DATASET}")
-    for figure in FIGURES:
-        yield Wanted("figure", FIGURE, scenario.name, f"figures/{figure}.png")
-    for run, row in scenario.stage_table("shear").items():
-        if row.parameters.recording.snapshots:
-            yield Wanted("snapshot", FIGURE, run, f"figures/snapshots/{run}.png")
 
 
 @dataclass(frozen=True)

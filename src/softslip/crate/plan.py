@@ -3,7 +3,7 @@
 import hashlib
 import json
 from collections.abc import Iterable, Mapping
-from importlib.metadata import metadata
+from importlib.metadata import PackageNotFoundError, metadata
 from typing import Any
 
 import softslip
@@ -153,12 +153,15 @@ def _software(graph: Graph, environment: str) -> list[dict[str, str]]:
     found = []
     for named in environment.split(", "):
         name, _, version = named.partition(" ")
-        python = name == "python"
-        short = f"https://www.python.org/downloads/release/python-{version.replace('.', '')}/"
-        address = short if python else f"https://pypi.org/project/{name}/{version}/"
+        if name == "python":
+            release = version.replace(".", "")
+            address = f"https://www.python.org/downloads/release/python-{release}/"
+            known = {"url": address}
+        else:
+            address, known = f"pkg:pypi/{name}@{version}", _homepage(name)
         found.append(
             graph.entity(
-                address, "SoftwareApplication", name=name, softwareVersion=version, url=address
+                address, "SoftwareApplication", name=name, softwareVersion=version, **known
             )
         )
     return found
@@ -167,9 +170,8 @@ def _software(graph: Graph, environment: str) -> list[dict[str, str]]:
 def add_engine(graph: Graph) -> dict[str, str]:
     """Add Snakemake, and return a reference to it."""
     version = graph.engine_version
-    address = f"https://pypi.org/project/snakemake/{f'{version}/' if version else ''}"
     return graph.entity(
-        address,
+        f"pkg:pypi/snakemake{f'@{version}' if version else ''}",
         "SoftwareApplication",
         name="Snakemake",
         url="https://snakemake.readthedocs.io",
@@ -181,8 +183,13 @@ def _kind(value: Any) -> str:
     return KINDS[type(value[0] if isinstance(value, tuple) else value)]
 
 
-def _homepage() -> dict[str, str]:
-    """Return the address of the software, where its package names one."""
-    named: Iterable[str] = metadata("softslip").get_all("Project-URL") or ()
-    addresses = dict(each.split(", ", 1) for each in named)
-    return {"url": next(iter(addresses.values()))} if addresses else {}
+def _homepage(package: str = "softslip") -> dict[str, str]:
+    """Return the address of a software, where its package is here and names one."""
+    try:
+        told = metadata(package)
+    except PackageNotFoundError:
+        return {}
+    named: Iterable[str] = told.get_all("Project-URL") or ()
+    addresses = [each.split(", ", 1)[1] for each in named]
+    first = next(iter([*(told.get_all("Home-page") or ()), *addresses]), None)
+    return {"url": first} if first else {}

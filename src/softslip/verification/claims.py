@@ -17,23 +17,12 @@ from softslip.fields import brief, file_text, group
 from softslip.fingerprints import fingerprint
 from softslip.lineage import DATASET, Archive, Parent, Product
 from softslip.parameters import Parameters
+from softslip.products import FITS, SNAPSHOT, TABLES, wanted
 from softslip.provenance import UNKNOWN
 from softslip.stages import STAGES, stage_ids, stage_paths
 from softslip.stamps import FIGURE
 from softslip.sweep import Scenario
 from softslip.verification.evidence import RIGHT, Evidence
-
-TABLES = ("flow_curve", "creep", "profiles")
-"""Datasets over all runs of a scenario."""
-
-FITS = "fits"
-"""Stage of the laws fitted to the flow curve."""
-
-FIGURES = ("flow_curves", "creep", "profiles")
-"""Figures of a scenario."""
-
-SNAPSHOT = "snapshot"
-"""Figure of one run."""
 
 CODE = {**{stage: stage for stage in STAGES}, **dict.fromkeys(TABLES, "gather"), FITS: "fit"} | {
     FIGURE: "draw"
@@ -72,15 +61,7 @@ CLOCK_SLACK = timedelta(seconds=60)
 
 def expected(scenario: Scenario) -> tuple[str, ...]:
     """Return every product of a scenario below its folder, each after what it is made from."""
-    names = [f"{stage}/{run}{DATASET}" for stage in STAGES for run in scenario.stage_table(stage)]
-    names += [f"{table}{DATASET}" for table in (*TABLES, FITS)]
-    names += [f"figures/{name}.png" for name in FIGURES]
-    names += [
-        f"figures/snapshots/{run}.png"
-        for run, row in scenario.stage_table("shear").items()
-        if row.parameters.recording.snapshots
-    ]
-    return tuple(names)
+    return tuple(each.name for each in wanted(scenario))
 
 
 @dataclass

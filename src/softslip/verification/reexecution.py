@@ -21,10 +21,10 @@ from softslip.errors import CheckpointError, DatasetError
 from softslip.fields import file_text
 from softslip.fingerprints import fingerprint
 from softslip.lineage import Archive, Product
+from softslip.products import FITS, TABLES
 from softslip.stamps import FIGURE
 from softslip.status import FOLDER
 from softslip.sweep import FOLDER as SCENARIOS
-from softslip.verification.claims import FITS, TABLES
 from softslip.verification.comparison import DIFFERS, Comparison, Quantity, compare
 from softslip.verification.survey import Verdict, Verification
 
