@@ -4,7 +4,7 @@ import hypothesis
 import pytest
 import scenes
 
-from softslip import shear
+from softslip.simulation import hydrodynamics
 
 # Compiling takes longer than any deadline; the same examples every time make failures repeat.
 hypothesis.settings.register_profile(
@@ -28,10 +28,10 @@ def foam(smooth):
 @pytest.fixture(scope="session")
 def aged(foam, smooth):
     """The foam after a short ageing."""
-    return shear.age(foam, smooth)
+    return hydrodynamics.age(foam, smooth)
 
 
 @pytest.fixture(scope="session")
 def sheared(aged, smooth):
     """A short sheared run of the aged foam."""
-    return shear.shear(aged, smooth)
+    return hydrodynamics.shear(aged, smooth)

@@ -27,14 +27,14 @@ from trial import Fork, Selection
 
 UNCOMPILED = {
     "kernels": Selection(
-        ("test_kernels.py",),
+        ("solver/test_kernels.py",),
         # Python's own floor refuses NaN, the compiled one does not.
-        ("test_kernels.py::test_a_position_that_is_no_number_gives_weights_that_are_none",),
+        ("solver/test_kernels.py::test_a_position_that_is_no_number_gives_weights_that_are_none",),
     ),
-    "transfer": Selection(("test_transfer.py",)),
-    "membrane": Selection(("test_membrane.py",)),
+    "transfer": Selection(("solver/test_transfer.py",)),
+    "membrane": Selection(("solver/test_membrane.py",)),
     "steric": Selection(
-        ("test_steric.py", "test_contacts.py"),
+        ("solver/test_steric.py", "solver/test_contacts.py"),
         only="(test_steric and not sheets and not friction and not interlock and not ripples)"
         " or closing_rate_of_one_pair or films_beyond_the_range",
     ),
@@ -42,8 +42,8 @@ UNCOMPILED = {
 """Tests of the modules that hold kernels: those of their own and quick ones of what is above."""
 
 COMPILED = {
-    "rheometer": Selection(("test_rheometer.py",)),
-    "checkpoint": Selection(("test_checkpoint.py",)),
+    "rheometer": Selection(("solver/test_rheometer.py",)),
+    "checkpoint": Selection(("simulation/test_checkpoint.py",)),
 }
 """Tests of the modules that hold none, with the kernels compiled."""
 

@@ -15,10 +15,10 @@ from typing import Any
 import xarray as xr
 from projects import TINY
 
-from softslip.checkpoint import SUFFIX
-from softslip.stamps import check_figure
-from softslip.storage import CONTENT_DIGEST
-from softslip.sweep import load_scenario
+from softslip.config.scenario import load_scenario
+from softslip.files.stamps import check_figure
+from softslip.files.storage import CONTENT_DIGEST
+from softslip.simulation.checkpoint import SUFFIX
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]

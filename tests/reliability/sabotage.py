@@ -14,10 +14,10 @@ from typing import Any
 import xarray as xr
 from matplotlib.figure import Figure
 
-from softslip import keeper, packing
-from softslip.checkpoint import Checkpoints, read_header
 from softslip.errors import CheckpointError, DatasetError
-from softslip.storage import CONTENT_DIGEST, RECORD_DIGEST, read_dataset
+from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST, read_dataset
+from softslip.simulation import keeper, packing
+from softslip.simulation.checkpoint import Checkpoints, read_header
 
 NOBODY = 65534
 

@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 from chain import ROOT, STAGES, Chain
 
-from softslip.storage import CONTENT_DIGEST
+from softslip.files.storage import CONTENT_DIGEST
 
 pytestmark = [pytest.mark.reliability, pytest.mark.slow]
 
@@ -54,7 +54,7 @@ INTERPRETED = tuple(name for name in CHECKED if LEFT_OUT.get(name, ("",))[0] != 
 
 TRESPASS = """
 import numpy as np
-from softslip.kernels import compiled
+from softslip.solver.kernels import compiled
 
 @compiled
 def beyond(values):

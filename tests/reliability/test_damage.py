@@ -8,7 +8,7 @@ import pytest
 from chain import FIGURE, KEPT, STAGES, Chain
 from sabotage import REFUSED, SOUND
 
-from softslip.checkpoint import SUFFIX
+from softslip.simulation.checkpoint import SUFFIX
 
 pytestmark = pytest.mark.reliability
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from chain import FIGURE, KEPT, STAGES, Chain, contents, files
 
-from softslip.checkpoint import SUFFIX
+from softslip.simulation.checkpoint import SUFFIX
 
 pytestmark = pytest.mark.reliability
 

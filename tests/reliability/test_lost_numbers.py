@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 import scenes
 
-from softslip import contacts, health, membrane, shear, suspension, trajectory
-from softslip.checkpoint import Checkpoints, Identity
 from softslip.errors import NumericalError
-from softslip.interruption import Interruption
-from softslip.keeper import Keeper
+from softslip.simulation import hydrodynamics, trajectory
+from softslip.simulation.checkpoint import Checkpoints, Identity
+from softslip.simulation.interruption import Interruption
+from softslip.simulation.keeper import Keeper
+from softslip.solver import contacts, health, membrane, suspension
 
 pytestmark = [
     pytest.mark.reliability,
@@ -42,7 +43,7 @@ def given(request: pytest.FixtureRequest) -> Any:
 @pytest.fixture
 def scene(aged, given) -> tuple[Any, Any]:
     equations, _ = scenes.of_foam(aged, given)
-    return equations, shear._aged_state(aged, equations.layout)
+    return equations, hydrodynamics._aged_state(aged, equations.layout)
 
 
 def nothing(*_: object) -> None:
@@ -271,7 +272,7 @@ def test_what_was_kept_is_sound(
     aged, scene, given, losing, monkeypatch, tmp_path, tally, term: str
 ) -> None:
     """A run that stops so goes on from its last checkpoint as if nothing had been."""
-    whole = shear.shear(aged, given)
+    whole = hydrodynamics.shear(aged, given)
     said: list[str] = []
     folder = tmp_path / "checkpoints"
 
@@ -290,9 +291,9 @@ def test_what_was_kept_is_sound(
 
         first.offer = offering
         with pytest.raises(NumericalError):
-            shear.shear(aged, given, keeper=first)
+            hydrodynamics.shear(aged, given, keeper=first)
         box["left"] = -1
     assert health.check_finite(scene[1]) is None
-    assert shear.shear(aged, given, keeper=keeper()).identical(whole)
+    assert hydrodynamics.shear(aged, given, keeper=keeper()).identical(whole)
     assert "going on from" in said[0]
     tally("checkpoints of runs that lost numbers")["gone on"] += 1

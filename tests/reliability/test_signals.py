@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from chain import FIGURE, KEPT, STAGES, STOPPED, Chain, contents
 
-from softslip.checkpoint import SUFFIX, read_header
+from softslip.simulation.checkpoint import SUFFIX, read_header
 
 pytestmark = pytest.mark.reliability
 

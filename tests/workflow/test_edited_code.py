@@ -20,22 +20,27 @@ AFTER_SHEAR = {"shear": 1, "gather": 3, "fit": 1, "figure": 3, "snapshot": 1}
 AFTER_EXPANSION = {"expansion": 1, "ageing": 1, **AFTER_SHEAR}
 
 EDITS = [
-    ("contacts.py", EDIT, {"ageing": 1, **AFTER_SHEAR}),
-    ("figures/membranes.py", EDIT, {"figure": 3, "snapshot": 1}),
-    ("contacts.py", REMARK, {}),
-    pytest.param("packing.py", EDIT, {"packing": 1, **AFTER_EXPANSION}, marks=pytest.mark.slow),
-    pytest.param("growth.py", EDIT, AFTER_EXPANSION, marks=pytest.mark.slow),
+    ("solver/contacts.py", EDIT, {"ageing": 1, **AFTER_SHEAR}),
+    ("analysis/figures/membranes.py", EDIT, {"figure": 3, "snapshot": 1}),
+    ("solver/contacts.py", REMARK, {}),
     pytest.param(
-        "observables/steady.py",
+        "simulation/packing.py", EDIT, {"packing": 1, **AFTER_EXPANSION}, marks=pytest.mark.slow
+    ),
+    pytest.param("simulation/growth.py", EDIT, AFTER_EXPANSION, marks=pytest.mark.slow),
+    pytest.param(
+        "analysis/observables/steady.py",
         EDIT,
         {"gather": 3, "fit": 1, "figure": 3, "snapshot": 1},
         marks=pytest.mark.slow,
     ),
     pytest.param(
-        "fits/slip.py", EDIT, {"fit": 1, "figure": 3, "snapshot": 1}, marks=pytest.mark.slow
+        "analysis/fits/slip.py",
+        EDIT,
+        {"fit": 1, "figure": 3, "snapshot": 1},
+        marks=pytest.mark.slow,
     ),
     pytest.param("cli/stages.py", EDIT, {}, marks=pytest.mark.slow),
-    pytest.param("validation/couette.py", EDIT, {}, marks=pytest.mark.slow),
+    pytest.param("studies/validation/couette.py", EDIT, {}, marks=pytest.mark.slow),
 ]
 
 

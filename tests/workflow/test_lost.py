@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 from tiny import snakemake
 
-from softslip.lineage import DATASET, read_product
-from softslip.stages import STAGES
+from softslip.config.stages import STAGES
+from softslip.files.layout import DATASET
+from softslip.provenance.lineage import read_product
 
 pytestmark = pytest.mark.workflow
 

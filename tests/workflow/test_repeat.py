@@ -9,8 +9,8 @@ import pytest
 import xarray as xr
 from projects import copy_project
 
-from softslip.stamps import check_figure
-from softslip.storage import CONTENT_DIGEST
+from softslip.files.stamps import check_figure
+from softslip.files.storage import CONTENT_DIGEST
 
 pytestmark = [pytest.mark.workflow, pytest.mark.slow]
 

@@ -16,10 +16,10 @@ import numpy as np
 import pytest
 from projects import copy_project
 
-from softslip.fingerprints import fingerprint
-from softslip.plan import make_plan
-from softslip.stages import STAGES
-from softslip.sweep import Scenario, load_scenario
+from softslip.config.scenario import Scenario, load_scenario
+from softslip.config.stages import STAGES
+from softslip.operations.plan import make_plan
+from softslip.provenance.fingerprints import fingerprint
 
 pytestmark = pytest.mark.workflow
 

@@ -11,13 +11,13 @@ from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version
 
 from softslip.errors import ConfigError, SoftslipError
-from softslip.fingerprints import fingerprint
-from softslip.lock import run_lock
-from softslip.removal import removed
-from softslip.stages import STAGES
-from softslip.status import survey
-from softslip.sweep import load_scenario
-from softslip.timestamps import keep_in_order
+from softslip.provenance.fingerprints import fingerprint
+from softslip.operations.lock import run_lock
+from softslip.operations.removal import removed
+from softslip.config.stages import STAGES
+from softslip.operations.status import survey
+from softslip.config.scenario import load_scenario
+from softslip.provenance.timestamps import keep_in_order
 
 min_version("9.0")
 

@@ -16,7 +16,7 @@ wildcard_constraints:
 
 def study():
     """Return the study; read when its rules are wanted, as it brings the solver with it."""
-    from softslip.numerics import load_study
+    from softslip.studies.study import load_study
 
     try:
         return load_study(STUDY)
@@ -29,14 +29,14 @@ def validations(wildcards):
 
 
 def stability_groups(wildcards):
-    from softslip.stability import GROUPS
+    from softslip.studies.stability import GROUPS
 
     return expand(f"{NUMERICS}/stability/{{name}}.nc", name=GROUPS)
 
 
 def tradeoff_parts(wildcards):
-    from softslip.tradeoff.members import members_of
-    from softslip.tradeoff.steady import cases_of
+    from softslip.studies.tradeoff.members import members_of
+    from softslip.studies.tradeoff.steady import cases_of
 
     plan = study().tradeoff
     return [

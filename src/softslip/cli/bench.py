@@ -13,10 +13,10 @@ from rich.markdown import Markdown
 from rich.table import Table
 
 from softslip.cli.common import AsJson, one_line_errors
-from softslip.fingerprints import fingerprint
-from softslip.progress import progress_report
-from softslip.provenance import Work
-from softslip.storage import write_dataset
+from softslip.files.storage import write_dataset
+from softslip.operations.progress import progress_report
+from softslip.provenance.attribution import Work
+from softslip.provenance.fingerprints import fingerprint
 
 app = typer.Typer(
     no_args_is_help=True, help="Measure the paper's scheme and the faster ones side by side."
@@ -74,7 +74,7 @@ def _trimming_table(dataset: xr.Dataset) -> Table:
 
 def _show_bench(result: Mapping[str, Any], as_json: bool, output: Path | None) -> None:
     """Print a benchmark's result, and write it if that is wanted."""
-    from softslip.bench import as_dataset
+    from softslip.studies.bench import as_dataset
 
     dataset = as_dataset(result)
     if output is not None:
@@ -91,7 +91,7 @@ def _show_bench(result: Mapping[str, Any], as_json: bool, output: Path | None) -
     if "trimming" in dataset.dims:
         console.print(_trimming_table(dataset))
     if "element" in dataset.dims:
-        from softslip.bench import elements_table
+        from softslip.studies.bench import elements_table
 
         console.print(Markdown(elements_table(dataset)))
 
@@ -106,7 +106,7 @@ def bench_mobility_command(
     output: Measured = None,
 ) -> None:
     """Compare the mesh of the paper with the Ewald sum: time of an evaluation, and velocities."""
-    from softslip.bench import bench_mobility
+    from softslip.studies.bench import bench_mobility
 
     result = bench_mobility(particles, fidelity, budget=budget, tell=_tell)
     _show_bench(result, as_json, output)
@@ -122,7 +122,7 @@ def bench_run_command(
     output: Measured = None,
 ) -> None:
     """Compare what a simulated time unit costs in the paper's scheme and at a level of fidelity."""
-    from softslip.bench import bench_run
+    from softslip.studies.bench import bench_run
 
     result = bench_run(particles, fidelity, budget=budget, tell=_tell)
     _show_bench(result, as_json, output)
@@ -140,7 +140,7 @@ def bench_scaling_command(
     output: Measured = None,
 ) -> None:
     """Time an evaluation and its parts for several numbers of particles, against the roofline."""
-    from softslip.bench import SIZES, bench_scaling
+    from softslip.studies.bench import SIZES, bench_scaling
 
     sizes = sorted(set(particles)) if particles else SIZES
     result = bench_scaling(sizes, fidelity, budget=budget, tell=_tell)
@@ -156,7 +156,7 @@ def bench_memory_command(
     output: Measured = None,
 ) -> None:
     """Measure the peak memory of packing, growing and evaluating, in a process for each."""
-    from softslip.bench import bench_memory
+    from softslip.studies.bench import bench_memory
 
     _show_bench(bench_memory(particles, fidelity, tell=_tell), as_json, output)
 
@@ -171,7 +171,7 @@ def bench_trimming_command(
     output: Measured = None,
 ) -> None:
     """Measure what work that is left out of a run saves, and that the flow stays the same."""
-    from softslip.bench import bench_trimming
+    from softslip.studies.bench import bench_trimming
 
     result = bench_trimming(particles, fidelity, budget=budget, tell=_tell)
     _show_bench(result, as_json, output)
@@ -187,7 +187,7 @@ def bench_elements_command(
     output: Measured = None,
 ) -> None:
     """Measure what each element of a scene costs, and what is left out where it is absent."""
-    from softslip.bench import bench_elements
+    from softslip.studies.bench import bench_elements
 
     result = bench_elements(particles, fidelity, budget=budget, tell=_tell)
     _show_bench(result, as_json, output)
@@ -207,7 +207,7 @@ def bench_trajectory_command(
     output: Measured = None,
 ) -> None:
     """Shear one state at a level and on the paper's mesh, and a second packing beside them."""
-    from softslip.bench import bench_trajectory
+    from softslip.studies.bench import bench_trajectory
 
     result = bench_trajectory(
         particles, stress, duration, fidelity, ageing=ageing, tell=_tell, watch=progress_report

@@ -9,11 +9,11 @@ from typing import Annotated, Any
 
 import typer
 
-from softslip.accuracy import cheapest
+from softslip.config.accuracy import cheapest
+from softslip.config.parameters import Parameters
+from softslip.config.scenario import Scenario, StageRun
 from softslip.errors import ConfigError, Interrupted, SoftslipError
-from softslip.fields import brief
-from softslip.parameters import Parameters
-from softslip.sweep import Scenario, StageRun
+from softslip.messages import brief
 
 CONFIG_EXIT, FAILURE_EXIT, INTERRUPTED_EXIT = 2, 1, 75
 """Exit statuses: a scenario that cannot be run, a run that failed, and one that a signal stopped,

@@ -9,7 +9,7 @@ from rich.filesize import decimal
 
 from softslip.cli.common import Results, ScenarioName, one_line_errors
 from softslip.errors import ConfigError
-from softslip.fields import brief
+from softslip.messages import brief
 
 app = typer.Typer()
 
@@ -50,7 +50,7 @@ def crate(
     hosts: Hosts = False,
 ) -> None:
     """Pack a scenario's results, and what they were made with, into a Workflow Run RO-Crate."""
-    from softslip.crate import (
+    from softslip.provenance.crate import (
         Words,
         check_archive,
         check_folder,

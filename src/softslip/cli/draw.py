@@ -9,12 +9,12 @@ import xarray as xr
 
 from softslip.cli.common import Output, one_line_errors
 from softslip.errors import ConfigError
-from softslip.fields import brief
-from softslip.fingerprints import fingerprint
-from softslip.products import ANY_MORE, FIGURES
-from softslip.provenance import Work, parents_of
-from softslip.stamps import FIGURE
-from softslip.storage import read_dataset
+from softslip.files.products import ANY_MORE, FIGURES
+from softslip.files.stamps import FIGURE
+from softslip.files.storage import read_dataset
+from softslip.messages import brief
+from softslip.provenance.attribution import Work, parents_of
+from softslip.provenance.fingerprints import fingerprint
 
 app = typer.Typer()
 
@@ -29,7 +29,7 @@ def draw(
     output: Output,
 ) -> None:
     """Draw a figure from datasets."""
-    from softslip import figures
+    from softslip.analysis import figures
 
     if figure not in FIGURES:
         raise ConfigError(

@@ -29,7 +29,7 @@ FigureData = Annotated[
 @one_line_errors
 def export(target: Target, csv: CsvOutput = None, results: FigureData = None) -> None:
     """Write the numbers that a figure shows, or a dataset holds, as CSV."""
-    from softslip.export import save_csv, target_table, write_csv
+    from softslip.provenance.export import save_csv, target_table, write_csv
 
     if csv is not None:
         check_output(csv, "output", [SUFFIX])

@@ -12,13 +12,13 @@ import xarray as xr
 
 from softslip.cli.common import Output, one_line_errors
 from softslip.errors import ConfigError
-from softslip.fingerprints import fingerprint
-from softslip.lineage import read_product
-from softslip.provenance import Work
-from softslip.storage import read_dataset, write_dataset
+from softslip.files.storage import read_dataset, write_dataset
+from softslip.provenance.attribution import Work
+from softslip.provenance.fingerprints import fingerprint
+from softslip.provenance.lineage import read_product
 
 if TYPE_CHECKING:
-    from softslip.numerics import Study
+    from softslip.studies.study import Study
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -49,7 +49,7 @@ MADE_BY = {
     "tradeoff": "tradeoff",
     "elements": "bench",
 }
-"""Kinds of datasets, and the code that makes them; see `softslip.fingerprints.ENTRIES`."""
+"""Kinds of datasets, and the code that makes them; see `provenance.fingerprints.ENTRIES`."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ class _Job:
 
 def _job(name: str) -> _Job:
     """Begin a part of a study; the solver, which studies know, is imported by those who want it."""
-    from softslip.numerics import load_study
+    from softslip.studies.study import load_study
 
     return _Job(load_study(name))
 
@@ -102,8 +102,8 @@ def _one_of(name: str, names: list[str], what: str) -> str:
 @one_line_errors
 def validation(name: Name, output: Output, study: StudyName = "full") -> None:
     """Solve a case with a known solution for all values that the study lists."""
-    from softslip.validation import CASES
-    from softslip.validation.sweeps import sweep
+    from softslip.studies.validation import CASES
+    from softslip.studies.validation.sweeps import sweep
 
     job = _job(study)
     wanted = job.study.validation[
@@ -117,7 +117,7 @@ def validation(name: Name, output: Output, study: StudyName = "full") -> None:
 @one_line_errors
 def stability(name: Name, output: Output, study: StudyName = "full") -> None:
     """Run all cells along one axis of the map of stability."""
-    from softslip.stability import GROUPS, measure_group
+    from softslip.studies.stability import GROUPS, measure_group
 
     job = _job(study)
     group = _one_of(name, list(GROUPS), "axis of the map")
@@ -128,7 +128,7 @@ def stability(name: Name, output: Output, study: StudyName = "full") -> None:
 @one_line_errors
 def limits(output: Output, study: StudyName = "full") -> None:
     """Measure the longest stable steps of both integrators, next to theory."""
-    from softslip.stability import measure_limits
+    from softslip.studies.stability import measure_limits
 
     job = _job(study)
     job.write(measure_limits(job.study.stability, _tell), output, "limits", "limits")
@@ -138,8 +138,8 @@ def limits(output: Output, study: StudyName = "full") -> None:
 @one_line_errors
 def stability_map(data: Data, output: Output, study: StudyName = "full") -> None:
     """Gather the axes of the map, and name the cells that are wrong."""
-    from softslip.stability import gather
-    from softslip.stability.markdown import wrong_cells
+    from softslip.studies.stability import gather
+    from softslip.studies.stability.markdown import wrong_cells
 
     job = _job(study)
     groups = [read_dataset(path, stage="stability") for path in data]
@@ -153,7 +153,7 @@ def stability_map(data: Data, output: Output, study: StudyName = "full") -> None
 @one_line_errors
 def scene(output: Output, study: StudyName = "full") -> None:
     """Make the sheared packings that all members of the trade-off start from."""
-    from softslip.tradeoff.scene import prepare
+    from softslip.studies.tradeoff.scene import prepare
 
     job = _job(study)
     job.write(prepare(job.study.tradeoff, _tell), output, "scene", "scene")
@@ -163,8 +163,8 @@ def scene(output: Output, study: StudyName = "full") -> None:
 @one_line_errors
 def member(name: Name, scene: Scene, output: Output, study: StudyName = "full") -> None:
     """Measure one member of the trade-off: its flow, and its cost beside the reference."""
-    from softslip.tradeoff.measure import measure_member
-    from softslip.tradeoff.members import members_of
+    from softslip.studies.tradeoff.measure import measure_member
+    from softslip.studies.tradeoff.members import members_of
 
     job = _job(study)
     members = members_of(job.study.tradeoff)
@@ -179,7 +179,7 @@ def member(name: Name, scene: Scene, output: Output, study: StudyName = "full") 
 @one_line_errors
 def steady(name: Name, output: Output, study: StudyName = "full") -> None:
     """Run one packing for long, at all regularisation lengths of the plan."""
-    from softslip.tradeoff.steady import cases_of, measure_steady
+    from softslip.studies.tradeoff.steady import cases_of, measure_steady
 
     job = _job(study)
     cases = cases_of(job.study.tradeoff)
@@ -191,7 +191,7 @@ def steady(name: Name, output: Output, study: StudyName = "full") -> None:
 @one_line_errors
 def tradeoff(data: Data, output: Output, study: StudyName = "full") -> None:
     """Gather members and long runs into the trade-off dataset."""
-    from softslip.tradeoff.table import gather
+    from softslip.studies.tradeoff.table import gather
 
     job = _job(study)
     kinds = [_one_of(read_product(path).stage, ["member", "steady"], "part") for path in data]
@@ -206,7 +206,7 @@ def tradeoff(data: Data, output: Output, study: StudyName = "full") -> None:
 @one_line_errors
 def elements(output: Output, study: StudyName = "full") -> None:
     """Measure what each element of a scene costs, and what is saved without it."""
-    from softslip.bench import as_dataset, bench_elements
+    from softslip.studies.bench import as_dataset, bench_elements
 
     job = _job(study)
     result = bench_elements(**job.study.elements, tell=_tell)
@@ -225,7 +225,7 @@ def publish(
     Written anew are the generated blocks of docs/accuracy.md, and the settings that the key
     `accuracy` chooses from.
     """
-    from softslip.numerics.publish import publish as publish_study
+    from softslip.studies.publish import publish as publish_study
 
     for path in publish_study(results):
         print(path)

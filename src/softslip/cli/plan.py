@@ -13,11 +13,11 @@ from rich.text import Text
 
 from softslip.cli.common import AsJson, Results, ScenarioName, one_line_errors
 from softslip.cli.status import counted, duration, uncollected
-from softslip.stages import STAGES
-from softslip.sweep import Scenario, load_scenario
+from softslip.config.scenario import Scenario, load_scenario
+from softslip.config.stages import STAGES
 
 if TYPE_CHECKING:
-    from softslip.plan import Plan, StagePlan, Task
+    from softslip.operations.plan import Plan, StagePlan, Task
 
 app = typer.Typer()
 
@@ -49,7 +49,7 @@ def plan(
 
     Counted are the stages of the runs; the tables and figures made from them take seconds each.
     """
-    from softslip.plan import make_plan
+    from softslip.operations.plan import make_plan
 
     with uncollected():
         loaded = load_scenario(scenario)
@@ -70,7 +70,7 @@ def plan(
 @one_line_errors
 def calibrate(table: Table_) -> None:
     """Measure for some minutes what runs cost here, and write the table that plans start from."""
-    from softslip.calibration import calibrate as measure
+    from softslip.operations.calibration import calibrate as measure
 
     measure(table, _tell)
 
@@ -81,7 +81,7 @@ def _tell(sentence: str) -> None:
 
 def _summary(made: "Plan") -> Table:
     """Return a table with a row for each stage, and one for all of them."""
-    from softslip.plan import BEGIN, CONTINUE, REUSE, RUNNING, SKIP
+    from softslip.operations.plan import BEGIN, CONTINUE, REUSE, RUNNING, SKIP
 
     table = Table("stage")
     names = {BEGIN: "to do", CONTINUE: "to go on", RUNNING: "running", REUSE: "reused"}
@@ -109,7 +109,7 @@ def _cost(part: "Plan | StagePlan") -> list[str]:
 
 def _remarks(made: "Plan", other: Scenario | None, cores: int) -> list[RenderableType]:
     """Return lines on time, on where estimates come from, and on what needs attention."""
-    from softslip.plan import CHANGED, DAMAGED
+    from softslip.operations.plan import CHANGED, DAMAGED
 
     lines = []
     if made.chain:
@@ -141,7 +141,7 @@ def _runs_table(scenario: Scenario, made: "Plan", every: bool) -> list[Renderabl
 
     Where nothing was ever done, all runs are new, and the scenario is shorter than their list.
     """
-    from softslip.plan import REUSE
+    from softslip.operations.plan import REUSE
 
     extended = made.gone is not None or any(task.action == REUSE for task in made.tasks)
     shown = [task for task in made.tasks if every or (task.new and extended)]

@@ -14,15 +14,15 @@ from rich.text import Text
 from softslip.cli.common import AsJson, check_output, one_line_errors
 from softslip.cli.common import Results as ResultsFolder
 from softslip.cli.export import SUFFIX
+from softslip.config.scenario import FOLDER, load_scenario
 from softslip.errors import ConfigError
-from softslip.fields import brief, file_text, printable
-from softslip.fingerprints import fingerprint
-from softslip.provenance import Work
-from softslip.storage import replacing, write_dataset
-from softslip.sweep import FOLDER, load_scenario
+from softslip.files.storage import replacing, write_dataset
+from softslip.messages import brief, file_text, printable
+from softslip.provenance.attribution import Work
+from softslip.provenance.fingerprints import fingerprint
 
 if TYPE_CHECKING:
-    from softslip.catalogue.results import Results
+    from softslip.provenance.catalogue.results import Results
 
 app = typer.Typer()
 
@@ -86,8 +86,8 @@ def query(
 
 def _opened(source: str, results: Path | None) -> "Results":
     """Return the results of a folder, or of a scenario, which wins where a name is both."""
-    from softslip.catalogue.results import open_results, scenario_results
-    from softslip.status import survey
+    from softslip.operations.status import survey
+    from softslip.provenance.catalogue.results import open_results, scenario_results
 
     named = source.endswith(".yaml") or os.path.isfile(FOLDER / f"{source}.yaml")
     if not named and os.path.isdir(source):

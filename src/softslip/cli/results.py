@@ -12,13 +12,13 @@ from rich.table import Table
 from rich.text import Text
 
 from softslip.cli.common import Output, Results, ScenarioName, one_line_errors, tell_choice
-from softslip.fingerprints import fingerprint
-from softslip.products import TABLES
-from softslip.provenance import Work
-from softslip.reference import write_references
-from softslip.stages import STAGES
-from softslip.storage import read_dataset, write_dataset
-from softslip.sweep import Scenario, load_scenario
+from softslip.config.reference import write_references
+from softslip.config.scenario import Scenario, load_scenario
+from softslip.config.stages import STAGES
+from softslip.files.products import TABLES
+from softslip.files.storage import read_dataset, write_dataset
+from softslip.provenance.attribution import Work
+from softslip.provenance.fingerprints import fingerprint
 
 app = typer.Typer()
 
@@ -43,7 +43,7 @@ def gather(
     table: TableName, scenario: ScenarioName, output: Output, results: Results = None
 ) -> None:
     """Gather the finished runs of a scenario into one dataset."""
-    from softslip.catalogue.results import check_table, gather_table
+    from softslip.provenance.catalogue.results import check_table, gather_table
 
     check_table(table)
     loaded = load_scenario(scenario)
@@ -61,7 +61,7 @@ def fit(
     output: Output,
 ) -> None:
     """Fit the flow law and the slip laws to a flow curve, and say which could be fitted."""
-    from softslip import fits
+    from softslip.analysis import fits
 
     curve = read_dataset(flow_curve, stage="flow_curve")
     laws = fits.fit_laws(curve).assign_attrs(

@@ -20,19 +20,20 @@ from softslip.cli.common import (
     one_line_errors,
     tell_choice,
 )
-from softslip.environment import environment
-from softslip.fingerprints import fingerprint
-from softslip.interruption import interruptible
-from softslip.lock import run_lock
-from softslip.progress import progress_report
-from softslip.provenance import Work
-from softslip.stages import STAGES, stage_parameters
-from softslip.storage import CONTENT_DIGEST, read_dataset, write_dataset
-from softslip.sweep import StageRun, load_scenario
+from softslip.config.scenario import StageRun, load_scenario
+from softslip.config.stages import STAGES, stage_parameters
+from softslip.files.layout import CHECKPOINTS
+from softslip.files.storage import CONTENT_DIGEST, read_dataset, write_dataset
+from softslip.operations.lock import run_lock
+from softslip.operations.progress import progress_report
+from softslip.provenance.attribution import Work
+from softslip.provenance.environment import environment
+from softslip.provenance.fingerprints import fingerprint
+from softslip.simulation.interruption import interruptible
 
 if TYPE_CHECKING:
-    from softslip.checkpoint import Checkpoints
-    from softslip.keeper import Keeper
+    from softslip.simulation.checkpoint import Checkpoints
+    from softslip.simulation.keeper import Keeper
 
 app = typer.Typer()
 
@@ -79,7 +80,7 @@ class _Job:
     @property
     def folder(self) -> Path:
         """Folder of what is needed while the run is worked on."""
-        return self.output.parent / "checkpoints"
+        return self.output.parent / CHECKPOINTS
 
     @property
     def parent(self) -> xr.Dataset:
@@ -119,7 +120,7 @@ class _Job:
 @one_line_errors
 def packing(scenario: ScenarioName, run: RunName, output: Output) -> None:
     """Pack discs with LAMMPS."""
-    from softslip.packing import pack
+    from softslip.simulation.packing import pack
 
     job = _Job(_found(scenario, "packing", run), output)
     with run_lock(job.folder, job.row.id), interruptible(at_once=True):
@@ -139,7 +140,7 @@ def _after(
 @one_line_errors
 def expansion(scenario: ScenarioName, run: RunName, parent: Parent, output: Output) -> None:
     """Grow discs into membranes at the wanted area fraction."""
-    from softslip.expansion import expand
+    from softslip.simulation.expansion import expand
 
     job = _after(scenario, "expansion", run, parent, output)
     with (
@@ -157,8 +158,8 @@ def expansion(scenario: ScenarioName, run: RunName, parent: Parent, output: Outp
 @contextmanager
 def _kept(job: _Job, interval: float, resume: bool) -> Iterator["Keeper"]:
     """Lock a run and keep it while the block runs; its last checkpoint outlives it for a while."""
-    from softslip.checkpoint import Checkpoints, Identity
-    from softslip.keeper import Keeper
+    from softslip.simulation.checkpoint import Checkpoints, Identity
+    from softslip.simulation.keeper import Keeper
 
     row = job.row
     identity = Identity(
@@ -193,7 +194,7 @@ def ageing(
     resume: Resume = False,
 ) -> None:
     """Relax a packing at zero stress, with hydrodynamics."""
-    from softslip.shear import age
+    from softslip.simulation.hydrodynamics import age
 
     job = _after(scenario, "ageing", run, parent, output, threads)
     _follow(job, age, checkpoint_interval, resume)
@@ -211,7 +212,7 @@ def shear_command(
     resume: Resume = False,
 ) -> None:
     """Shear an aged packing under constant stress or shear rate."""
-    from softslip.shear import shear
+    from softslip.simulation.hydrodynamics import shear
 
     job = _after(scenario, "shear", run, parent, output, threads)
     _follow(job, shear, checkpoint_interval, resume)

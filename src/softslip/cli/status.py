@@ -18,12 +18,12 @@ from rich.table import Table
 from rich.text import Text
 
 from softslip.cli.common import AsJson, Results, ScenarioName, one_line_errors
+from softslip.config.scenario import Scenario, load_scenario
+from softslip.config.stages import STAGES
 from softslip.errors import ConfigError
-from softslip.stages import STAGES
-from softslip.sweep import Scenario, load_scenario
 
 if TYPE_CHECKING:
-    from softslip.status import RunStatus, Survey
+    from softslip.operations.status import RunStatus, Survey
 
 app = typer.Typer()
 
@@ -60,7 +60,7 @@ def status(
     watch: Watch = None,
 ) -> None:
     """Say how far the runs of a scenario are: done, running, failed, stopped or missing."""
-    from softslip.status import survey
+    from softslip.operations.status import survey
 
     if as_json and watch is not None:
         raise ConfigError("watch", watch, "is given with --json", "leave out one of the two")
@@ -100,7 +100,7 @@ def _console() -> Console:
 
 def _watch(scenario: Scenario, folder: Path, every: bool, interval: float, remedy: str) -> None:
     """Show the status again and again, until all runs are done or the user has seen enough."""
-    from softslip.status import survey
+    from softslip.operations.status import survey
 
     console = _console()
     with suppress(KeyboardInterrupt), Live(console=console, auto_refresh=False) as live:
@@ -120,7 +120,7 @@ def _watch(scenario: Scenario, folder: Path, every: bool, interval: float, remed
 
 def _summary(scenario: Scenario, found: "Survey", remedy: str) -> list[RenderableType]:
     """Return a table with a row for each stage, between lines on the scenario and checkpoints."""
-    from softslip.status import STATES
+    from softslip.operations.status import STATES
 
     table = Table("stage")
     for state in STATES:
@@ -260,8 +260,8 @@ def clean(
     dry_run: DryRun = False,
 ) -> None:
     """Remove checkpoints that nobody needs any more, and what dead processes left behind."""
-    from softslip.removal import removed
-    from softslip.status import survey
+    from softslip.operations.removal import removed
+    from softslip.operations.status import survey
 
     loaded = load_scenario(scenario)
     folder = results or Path("results") / loaded.name

@@ -13,13 +13,13 @@ from rich.text import Text
 from rich.tree import Tree
 
 from softslip.cli.common import FAILURE_EXIT, AsJson, Results, check_output, one_line_errors
-from softslip.fields import file_text
-from softslip.stages import STAGES
+from softslip.config.stages import STAGES
+from softslip.messages import file_text
 
 if TYPE_CHECKING:
-    from softslip.tracing.contributions import Part
-    from softslip.tracing.origins import Origin
-    from softslip.tracing.trace import Group, Node, Trace
+    from softslip.provenance.tracing.contributions import Part
+    from softslip.provenance.tracing.origins import Origin
+    from softslip.provenance.tracing.trace import Group, Node, Trace
 
 app = typer.Typer()
 
@@ -53,8 +53,8 @@ def trace_command(
     graph: GraphFile = None,
 ) -> None:
     """Say what a figure, a dataset or a value was made from, back to seeds, commits and hosts."""
-    from softslip.tracing.targets import read_target
-    from softslip.tracing.trace import trace
+    from softslip.provenance.tracing.targets import read_target
+    from softslip.provenance.tracing.trace import trace
 
     if graph is not None:
         _check_graph(graph)
@@ -77,19 +77,19 @@ def _check_graph(path: Path) -> None:
     ConfigError
         Before anything is read.
     """
-    from softslip.stamps import FORMATS
+    from softslip.files.stamps import FORMATS
 
     check_output(path, "graph", FORMATS)
 
 
 def _draw(found: "Trace", path: Path) -> None:
     """Draw what was made from what, and label the file with what it shows."""
-    from softslip import figures
-    from softslip.fingerprints import fingerprint
-    from softslip.provenance import Work
-    from softslip.stamps import FIGURE
-    from softslip.storage import CONTENT_DIGEST
-    from softslip.tracing.diagrams import diagram
+    from softslip.analysis import figures
+    from softslip.files.stamps import FIGURE
+    from softslip.files.storage import CONTENT_DIGEST
+    from softslip.provenance.attribution import Work
+    from softslip.provenance.fingerprints import fingerprint
+    from softslip.provenance.tracing.diagrams import diagram
 
     work, root = Work(), found.nodes[0]
     drawn = diagram(found)
@@ -134,8 +134,8 @@ def _first(sentences: Sequence[str], every: bool) -> list[str]:
 
 def _subject(found: "Trace", every: bool) -> Iterator[str]:
     """Yield what the target is, and its values."""
-    from softslip.tracing.contributions import fit_message
-    from softslip.tracing.targets import measured, with_error
+    from softslip.provenance.tracing.contributions import fit_message
+    from softslip.provenance.tracing.targets import measured, with_error
 
     root, values = found.nodes[0], found.values
     if values is None:
@@ -154,14 +154,14 @@ def _subject(found: "Trace", every: bool) -> Iterator[str]:
 
 
 def _at(coordinates: Any) -> str:
-    from softslip.tracing.origins import shown
+    from softslip.provenance.tracing.origins import shown
 
     return ", ".join(f"{name} {shown(value)}" for name, value in coordinates.items())
 
 
 def _summary(found: "Trace") -> Iterator[str]:
     """Yield how many runs there are behind the target, and where all of it was made."""
-    from softslip.tracing.origins import CHANGED, origin_of
+    from softslip.provenance.tracing.origins import CHANGED, origin_of
 
     origin = origin_of(found.products)
     yield f"from {_sources(found)}{_seeds(origin)}"
@@ -177,7 +177,7 @@ def _summary(found: "Trace") -> Iterator[str]:
 
 def _sources(found: "Trace") -> str:
     """Return how many runs there are, and what of them was used where it is not the same."""
-    from softslip.tracing.trace import LAST
+    from softslip.provenance.tracing.trace import LAST
 
     runs = sum(node.stage == LAST for node in found.nodes)
     known = runs or found.parts is not None
@@ -215,7 +215,7 @@ def _seeds(origin: "Origin") -> str:
 
 def _facts(origin: "Origin") -> Iterator[str]:
     """Yield commits, hosts, effort, restarts and dates."""
-    from softslip.tracing.origins import listed
+    from softslip.provenance.tracing.origins import listed
 
     yield f"{'commits' if len(origin.commits) > 1 else 'commit'} {listed(origin.commits)}"
     yield f"{'hosts' if len(origin.hosts) > 1 else 'host'} {listed(origin.hosts)}"
@@ -224,7 +224,7 @@ def _facts(origin: "Origin") -> Iterator[str]:
 
 def _work(origin: "Origin") -> Iterator[str]:
     """Yield effort, restarts and dates."""
-    from softslip.tracing.origins import effort
+    from softslip.provenance.tracing.origins import effort
 
     yield effort(origin.core_seconds)
     if origin.restarts:
@@ -236,7 +236,7 @@ def _work(origin: "Origin") -> Iterator[str]:
 
 def _own_facts(found: "Trace", nodes: Sequence["Node"]) -> str:
     """Return what is not the same for all: code, effort, and commits and hosts if they differ."""
-    from softslip.tracing.origins import listed, origin_of
+    from softslip.provenance.tracing.origins import listed, origin_of
 
     whole = origin_of(found.products)
     own = origin_of(node.product for node in nodes if node.product is not None)
@@ -247,7 +247,7 @@ def _own_facts(found: "Trace", nodes: Sequence["Node"]) -> str:
 
 def _tree(found: "Trace", every: bool) -> Tree:
     """Return the groups, each behind the one that was made from it."""
-    from softslip.tracing.trace import LAST
+    from softslip.provenance.tracing.trace import LAST
 
     branches: list[Tree] = []
     for group in found.groups:
@@ -276,8 +276,8 @@ def _reason(part: "Part") -> str:
 
 def _headline(found: "Trace", group: "Group") -> str:
     """Return a group in one line."""
-    from softslip.tracing.origins import listed
-    from softslip.tracing.trace import FOUND
+    from softslip.provenance.tracing.origins import listed
+    from softslip.provenance.tracing.trace import FOUND
 
     count, first = len(group.nodes), group.nodes[0]
     if count == 1:

@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from softslip.cli.common import FAILURE_EXIT, AsJson, one_line_errors
-from softslip.fields import bounds, extra
+from softslip.config.fields import bounds, extra
 
 
 class _Cases(typer.core.TyperGroup):
@@ -20,13 +20,13 @@ class _Cases(typer.core.TyperGroup):
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Return the names of all cases."""
-        from softslip.validation import CASES
+        from softslip.studies.validation import CASES
 
         return list(CASES)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """Return the command of a case, with an option for each of its parameters."""
-        from softslip.validation import CASES
+        from softslip.studies.validation import CASES
 
         if cmd_name not in CASES:
             return super().get_command(ctx, cmd_name)
@@ -52,7 +52,7 @@ def _command(name: str, fields: dict[str, FieldInfo]) -> Callable[..., None]:
     """Return a function whose options are a case's parameters."""
 
     def validate(as_json: bool, **values: Any) -> None:
-        from softslip.validation import CASES
+        from softslip.studies.validation import CASES
 
         outcome = CASES[name].of(values).solve()
         if as_json:

@@ -17,12 +17,12 @@ from rich.table import Table
 from rich.text import Text
 
 from softslip.cli.common import FAILURE_EXIT, AsJson, Results, ScenarioName, one_line_errors
+from softslip.config.scenario import load_scenario
 from softslip.errors import ConfigError
-from softslip.storage import replacing
-from softslip.sweep import load_scenario
+from softslip.files.storage import replacing
 
 if TYPE_CHECKING:
-    from softslip.verification import Outcome, Task, Verdict, Verification
+    from softslip.provenance.verification import Outcome, Task, Verdict, Verification
 
 app = typer.Typer()
 
@@ -71,7 +71,7 @@ def verify(
 
     The exit status is 0 if all is sound and 1 if there is any problem.
     """
-    from softslip import verification
+    from softslip.provenance import verification
 
     started, clock = datetime.now(UTC), time.monotonic()
     _check_options(sample, full, stretch, seed, report)
@@ -133,7 +133,7 @@ def _made_again(
     tasks: "Sequence[Task]", scenario: str, folder: Path, seed: int | None
 ) -> "list[Outcome]":
     """Make products again, with a bar by the time that each took before."""
-    from softslip.verification import reexecute
+    from softslip.provenance.verification import reexecute
 
     if not tasks:
         return []

@@ -1,0 +1,1 @@
+"""Dataset to dataset to figure: observables, fits, figures, the paper's values. No solver."""

@@ -1,0 +1,129 @@
+"""Normalised velocity profiles (Fig. 4)."""
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from softslip.analysis import paper
+from softslip.analysis.figures.drawing import (
+    COLOURS,
+    LINES,
+    WIDE,
+    facets,
+    grid_of_panels,
+    named,
+    note_missing,
+    sequence,
+    styled,
+    with_dimensions,
+)
+from softslip.analysis.figures.shown import place, quantity, show
+from softslip.analysis.observables import mean_over_seeds
+
+ZOOM = 4.0
+"""Width of the inset in thicknesses of the paper's solvent layer."""
+
+WIDEST, SHRINK = 1.9, 0.82
+"""Width of the first roughness's line [point], and by how much each next is thinner: lines that
+coincide stay visible."""
+
+
+@styled
+def profiles(dataset: xr.Dataset, stress: float | None = None) -> Figure:
+    """Draw profiles for all stresses at the smoothest wall, and all roughnesses at one stress.
+
+    Dashed lines are of runs whose walls reached no steady speed; the dotted one is flow without
+    slip. The inset zooms in on the lower wall. Further dimensions get a row of panels each.
+
+    Parameters
+    ----------
+    dataset
+        From `analysis.observables.profiles`.
+    stress
+        Stress of the right panel [stress unit], or the one there is that is nearest to it; by
+        default the paper's 0.15.
+    """
+    table = with_dimensions(mean_over_seeds(dataset), "stress", "roughness")
+    rows = facets(table, "stress", "roughness")
+    figure, panels = grid_of_panels(len(rows), 2, width=WIDE, height=3.0)
+    wanted = paper.PROFILE_STRESS.value if stress is None else stress
+    for (title, chosen), (left, right) in zip(rows, panels, strict=True):
+        _draw_row(table.sel(chosen), wanted, left, right)
+        left.set_ylabel(_title_above(title, r"$v_\mathrm{norm}$ [1]"))
+    dashed = not bool((table["steady_wall"] | (table["status"] != "done")).all())
+    note_missing(figure, dataset, "dashed: walls not steady" if dashed else "")
+    return figure
+
+
+def _title_above(title: str, label: str) -> str:
+    return f"{title}\n{label}" if title else label
+
+
+def _draw_row(cell: xr.Dataset, wanted: float, left: Axes, right: Axes) -> None:
+    smooth = cell.isel(roughness=int(np.argmin(np.nan_to_num(cell["roughness"].values))))
+    stresses = smooth["stress"].values
+    inset = left.inset_axes((0.60, 0.10, 0.37, 0.32))
+    for axes in (left, inset):
+        for number, colour in enumerate(sequence(len(stresses))):
+            label = named("stress", stresses[number])
+            _draw_profile(axes, smooth.isel(stress=number), colour, label)
+    for number in range(len(stresses)):
+        _keep_profile(left, "left", smooth.isel(stress=number))
+    _draw_zoom(inset, smooth)
+    known = np.where(stresses > 0, stresses, np.inf)
+    nearest = int(np.argmin(np.abs(np.log(known / wanted))))
+    driven = cell.isel(stress=nearest)
+    for number, roughness in enumerate(driven["roughness"].values):
+        colour = COLOURS[number % len(COLOURS)]
+        line = driven.isel(roughness=number)
+        _draw_profile(right, line, colour, named("roughness", roughness), WIDEST * SHRINK**number)
+        _keep_profile(right, "right", line)
+    titles = (
+        (left, named("roughness", smooth["roughness"].item())),
+        (right, named("stress", stresses[nearest])),
+    )
+    for axes, title in titles:
+        axes.plot([0, 1], [0, 1], color="0.5", linestyle=":", linewidth=0.8, zorder=0)
+        axes.set(xlim=(0, 1), ylim=(-0.02, 1.02), xlabel=r"$y_\mathrm{norm} = y/H$ [1]")
+        axes.set_title(title)
+        if axes.get_legend_handles_labels()[1]:
+            axes.legend(loc="upper left")
+
+
+def _draw_profile(
+    axes: Axes, line: xr.Dataset, colour: Any, label: str, width: float = 1.1
+) -> None:
+    velocity = line["normalised_velocity"].values
+    if not np.isfinite(velocity).any():
+        return
+    style = "-" if bool(line["steady_wall"]) else LINES[1]
+    position = line["normalised_position"].values
+    look = {"color": colour, "linestyle": style, "linewidth": width}
+    axes.plot(position, velocity, label=label or None, **look)
+    error = line["normalised_velocity_error"].values
+    if np.isfinite(error).any():
+        low, high = velocity - error, velocity + error
+        axes.fill_between(position, low, high, color=colour, alpha=0.2, linewidth=0)
+
+
+def _keep_profile(axes: Axes, panel: str, line: xr.Dataset) -> None:
+    """Keep the numbers of a profile, where there is one."""
+    if np.isfinite(line["normalised_velocity"].values).any():
+        kind = "walls steady" if bool(line["steady_wall"]) else "walls not steady"
+        names = ("normalised_position", "normalised_velocity", "normalised_velocity_error")
+        show(axes, panel, kind, {name: quantity(line[name]) for name in names}, place(line))
+
+
+def _draw_zoom(inset: Axes, smooth: xr.Dataset) -> None:
+    """Show the solvent layer at the lower wall."""
+    height = float(smooth["wall_separation"]) if "wall_separation" in smooth.coords else np.nan
+    reach = ZOOM * paper.SOLVENT_LAYER.value / height if np.isfinite(height) else 0.05
+    near = smooth["normalised_position"].values <= reach
+    shown = smooth["normalised_velocity"].values[..., near]
+    top = float(np.nanmax(shown)) if np.isfinite(shown).any() else 1.0
+    inset.set(xlim=(0, reach), ylim=(-0.03 * top, max(1.08 * top, 1e-3)))
+    inset.tick_params(labelsize=7)
+    inset.patch.set_alpha(0.9)

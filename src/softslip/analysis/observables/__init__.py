@@ -1,0 +1,27 @@
+"""From the records of runs to numbers with uncertainties: Dataset → Dataset.
+
+Meets the solver only at the schema of the shear stage's files. "Eq.", "Fig." and "Sec." are those
+of the paper.
+"""
+
+from softslip.analysis.observables.fields import heterogeneity, mean_profile, non_affine_velocity
+from softslip.analysis.observables.seeds import mean_over_seeds
+from softslip.analysis.observables.series import parameters_of
+from softslip.analysis.observables.steady import steady_state
+from softslip.analysis.observables.tables import collect, creep, flow_curve, profiles
+from softslip.analysis.observables.timescales import slip_time, yielding_time
+
+__all__ = [
+    "collect",
+    "creep",
+    "flow_curve",
+    "heterogeneity",
+    "mean_over_seeds",
+    "mean_profile",
+    "non_affine_velocity",
+    "parameters_of",
+    "profiles",
+    "slip_time",
+    "steady_state",
+    "yielding_time",
+]

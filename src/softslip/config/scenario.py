@@ -1,0 +1,356 @@
+"""Scenario files: base parameters and axes over them, expanded into runs with stable identities."""
+
+import json
+import math
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from softslip.config.fields import extra
+from softslip.config.parameters import Parameters, check_fields, check_value, field_at
+from softslip.config.reading import in_file, read_mapping, relocated
+from softslip.config.reference import defaults_yaml, parameters_schema, parameters_table
+from softslip.config.stages import STAGES, position, stage_ids, stage_paths
+from softslip.errors import ConfigError
+from softslip.messages import brief, key_text
+
+__all__ = [
+    "STAGES",
+    "Axis",
+    "Run",
+    "Scenario",
+    "StageRun",
+    "defaults_yaml",
+    "load_scenario",
+    "parameters_schema",
+    "parameters_table",
+    "stage_ids",
+    "stage_paths",
+]
+
+MOST_RUNS = 10_000
+"""More runs than this are taken for a slip of the pen in an axis; each command checks them all,
+which takes some seconds for so many."""
+
+LONGEST_NOTE = 200
+"""Length above which a message shortens the list of swept values."""
+
+FOLDER = Path("config")
+"""Folder of the named scenarios, below the current directory."""
+
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One swept parameter.
+
+    Attributes
+    ----------
+    path
+        Dotted parameter path, such as ``wall.roughness``.
+    label
+        Name of the dataset dimension.
+    values
+        What the parameter takes in turn, numbers or text, in the order of the file.
+    """
+
+    path: str
+    label: str
+    values: tuple[Any, ...]
+
+
+@dataclass(frozen=True)
+class Run:
+    """One point of a sweep.
+
+    Attributes
+    ----------
+    parameters
+        Everything that determines the run.
+    coordinates
+        The value of each axis, under the axis's label.
+    ids
+        The identity of each of the run's stages.
+    """
+
+    parameters: Parameters
+    coordinates: Mapping[str, Any]
+    ids: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class StageRun:
+    """One stage of one or more runs.
+
+    Attributes
+    ----------
+    stage, id
+        Which stage it is and its identity.
+    parameters
+        Those of the first run that needs it; `stage_paths` says which of them it depends on.
+    parent
+        Identity of the stage before, None for a packing.
+    """
+
+    stage: str
+    id: str
+    parameters: Parameters
+    parent: str | None
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """Base parameters and the axes over them.
+
+    Attributes
+    ----------
+    name
+        The file's name without its suffix.
+    description
+        One sentence.
+    tree
+        The file's base as it stands, so that each run's fidelity can fill what it leaves out.
+    base
+        Parameters of the first run: the file's base, with each axis at its first value.
+    axes
+        In the order of the file; the last one varies fastest.
+    """
+
+    name: str
+    description: str
+    tree: Mapping[str, Any]
+    base: Parameters
+    axes: tuple[Axis, ...]
+
+    def runs(self) -> tuple[Run, ...]:
+        """Return the run of every combination of the axes' values.
+
+        Raises
+        ------
+        ConfigError
+            When the values of a combination contradict each other; `load_scenario` has seen to
+            it that none of its scenarios does that.
+        """
+        return self._runs
+
+    @cached_property
+    def _runs(self) -> tuple[Run, ...]:
+        return tuple(self._expand())
+
+    def _expand(self) -> Iterator[Run]:
+        for values in product(*(axis.values for axis in self.axes)):
+            parameters = _combined(self.tree, self.axes, values)
+            coordinates = {axis.label: value for axis, value in zip(self.axes, values, strict=True)}
+            yield Run(parameters, coordinates, stage_ids(parameters))
+
+    def as_json(self) -> str:
+        """Return all that the scenario's datasets depend on, as a JSON object."""
+        axes = {axis.path: axis.values for axis in self.axes}
+        return json.dumps({"base": self.base.model_dump(), "axes": axes}, allow_nan=False)
+
+    def stage_table(self, stage: str) -> dict[str, StageRun]:
+        """Return the distinct runs of a stage by their identity, in the order of `runs`.
+
+        Raises
+        ------
+        ConfigError
+            When there is no such stage.
+        """
+        place = position(stage)
+        table: dict[str, StageRun] = {}
+        for run in self.runs():
+            parent = run.ids[STAGES[place - 1]] if place else None
+            identity = run.ids[stage]
+            if identity not in table:
+                table[identity] = StageRun(stage, identity, run.parameters, parent)
+        return table
+
+
+def load_scenario(name_or_path: str) -> Scenario:
+    """Read a scenario and check every one of its runs.
+
+    Parameters
+    ----------
+    name_or_path
+        The path of a file ending in ``.yaml``, or the name of one in the folder ``config``
+        below the current directory, without its suffix.
+
+    Raises
+    ------
+    ConfigError
+        In one line with the file's name, the key path within it, the value, the limit and a
+        remedy, when the file cannot be read or one of its runs cannot be run.
+    """
+    path = _scenario_path(name_or_path)
+    tree = read_mapping(path)
+    try:
+        return _scenario(path.stem, tree)
+    except ConfigError as error:
+        raise in_file(path, error) from None
+
+
+def _scenario_path(name_or_path: str) -> Path:
+    path = Path(name_or_path)
+    named = path.suffix != ".yaml"
+    if not _NAME.fullmatch(name_or_path if named else path.stem):
+        raise ConfigError(
+            "scenario",
+            brief(name_or_path),
+            "is not a scenario's name, at most 64 letters, digits, - and _ (with .yaml for a path)",
+            "rename the file, or give a name such as demo",
+        )
+    if not named:
+        return path
+    path = FOLDER / f"{name_or_path}.yaml"
+    if not path.exists():
+        present = sorted(file.stem for file in FOLDER.glob("*.yaml"))
+        raise ConfigError(
+            "scenario",
+            name_or_path,
+            f"is not in the folder {FOLDER} of the current directory",
+            f"use one of {', '.join(present)}" if present else "change to the project's folder",
+        )
+    return path
+
+
+def _scenario(name: str, tree: Mapping[Any, Any]) -> Scenario:
+    for key, value in tree.items():
+        if key not in ("description", "base", "axes"):
+            raise ConfigError(
+                key_text(key),
+                brief(value),
+                "is given for a key that does not exist",
+                "the keys at the top are description, base and axes",
+            )
+    description = tree.get("description")
+    if not isinstance(description, str) or not description.strip():
+        raise ConfigError(
+            "description", brief(description), "is not a sentence", "say what the scenario is for"
+        )
+    sentence = " ".join(description.split())
+    if not sentence.isprintable():
+        limit, remedy = "has signs that cannot be shown", "write plain text"
+        raise ConfigError("description", brief(description), limit, remedy)
+    base = _mapping(tree, "base")
+    try:
+        check_fields(base)
+    except ConfigError as error:
+        raise relocated(error, f"base.{error.key}") from None
+    axes = _axes(_mapping(tree, "axes"))
+    count = math.prod(len(axis.values) for axis in axes)
+    if count > MOST_RUNS:
+        raise ConfigError(
+            "axes", count, f"runs are more than {MOST_RUNS}", "shorten an axis or leave one out"
+        )
+    first = _combined(base, axes, tuple(axis.values[0] for axis in axes))
+    scenario = Scenario(name, sentence, base, first, axes)
+    scenario.runs()
+    return scenario
+
+
+def _mapping(tree: Mapping[Any, Any], key: str) -> dict[Any, Any]:
+    """Return what stands under a key at the top, where nothing means an empty mapping."""
+    value = tree.get(key)
+    if value is None:
+        return {}
+    if not isinstance(value, dict):
+        raise ConfigError(
+            key, brief(value), "is not a mapping", "write 'key: value' lines under it"
+        )
+    return value
+
+
+def _axes(tree: Mapping[Any, Any]) -> tuple[Axis, ...]:
+    checked = {path: _axis_values(path, values) for path, values in tree.items()}
+    labels = {path: _label(path) for path in checked}
+    shared = Counter(labels.values())
+    return tuple(
+        Axis(path, label if shared[label] == 1 else path.replace(".", "_"), checked[path])
+        for path, label in labels.items()
+    )
+
+
+def _label(path: str) -> str:
+    model, name = field_at(path)
+    return str(extra(model.model_fields[name], "label") or name)
+
+
+def _axis_values(path: object, values: object) -> tuple[Any, ...]:
+    """Return an axis's values as the parameter tree holds them.
+
+    Raises
+    ------
+    ConfigError
+        When the path names no single parameter, or the values are no list of different ones.
+    """
+    if not isinstance(path, str):
+        raise ConfigError(
+            f"axes.{key_text(path)}",
+            brief(values),
+            "is given for a key that is not plain text",
+            "name a parameter path, such as wall.roughness",
+        )
+    key = f"axes.{key_text(path)}"
+    try:
+        field_at(path, values)
+    except ConfigError as error:
+        raise relocated(error, key) from None
+    if not isinstance(values, list) or not values:
+        limit = "is an empty axis" if isinstance(values, list) else "is not a list"
+        raise ConfigError(key, brief(values), limit, "list the values in brackets, such as [1, 2]")
+    held: list[Any] = []
+    for index, value in enumerate(values):
+        try:
+            one = check_value(path, value)
+        except ConfigError as error:
+            raise relocated(error, f"{key}[{index}]") from None
+        if one is None or isinstance(one, tuple):
+            raise ConfigError(
+                f"{key}[{index}]",
+                brief(value),
+                "cannot label a dataset, which only a number or a word can",
+                "leave it to base",
+            )
+        if one in held:
+            raise ConfigError(
+                f"{key}[{index}]",
+                brief(value),
+                f"is in the list already, at [{held.index(one)}]",
+                "list each value once",
+            )
+        held.append(one)
+    return tuple(held)
+
+
+def _combined(
+    base: Mapping[str, Any], axes: tuple[Axis, ...], values: tuple[Any, ...]
+) -> Parameters:
+    """Return the parameters of one combination of the axes' values.
+
+    Raises
+    ------
+    ConfigError
+        With the key as the scenario file has it and the combination in brackets.
+    """
+    tree = dict(base)
+    point = {axis.path: value for axis, value in zip(axes, values, strict=True)}
+    for path, value in point.items():
+        section, _, name = path.partition(".")
+        tree[section] = {**dict(tree.get(section, {})), name: value} if name else value
+    try:
+        return Parameters.from_mapping(tree)
+    except ConfigError as error:
+        key = f"base.{error.key}"
+        for axis in axes:
+            if error.key == axis.path:
+                key = f"axes.{axis.path}[{axis.values.index(point[axis.path])}]"
+        combination = ", ".join(f"{path} = {brief(value)}" for path, value in point.items())
+        if len(combination) > LONGEST_NOTE:
+            combination = f"{combination[: LONGEST_NOTE - 3]}..."
+        raise relocated(error, key, f"in the run with {combination}" if point else "") from None

@@ -1,0 +1,135 @@
+"""The stages of a run and their identities.
+
+A stage's identity is a hash of the parameters that it depends on and of its parent's identity,
+so that runs which differ only in later stages share the earlier ones, and an axis added at the
+value that was the base value changes no identity.
+"""
+
+import fnmatch
+import hashlib
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from softslip.config.fields import all_fields, value_at
+from softslip.config.parameters import Parameters
+from softslip.errors import ConfigError
+
+STAGES = ("packing", "expansion", "ageing", "shear")
+"""The stages of a run, each the parent of the next."""
+
+DEPENDENCIES: Mapping[str, tuple[str, ...]] = {
+    "packing": (
+        "channel.length",
+        "channel.height",
+        "wall.roughness",
+        "wall.bump_separation",
+        "suspension.*",
+        "packing.*",
+        "seed",
+    ),
+    "expansion": (
+        "expansion.*",
+        "hydrodynamics.resolution",
+        "hydrodynamics.node_spacing",
+        "steric.length",
+    ),
+    "ageing": (
+        "solvent.*",
+        "channel.outer_gap",
+        "channel.outside",
+        "wall.stiffness",
+        "membrane.*",
+        "steric.*",
+        "hydrodynamics.*",
+        "time_stepping.integrator",
+        "time_stepping.step",
+        "time_stepping.tolerance",
+        "time_stepping.longest_step",
+        "time_stepping.ageing_time",
+    ),
+    # Ageing always runs the exact control at zero stress, so the rheometer comes in here.
+    "shear": ("rheometer.*", "time_stepping.shear_time", "recording.*"),
+}
+"""Parameters that each stage depends on besides those of its ancestors."""
+
+ID_DIGITS = 16
+"""Hexadecimal digits of a stage's identity: 64 bits, safe from collisions for any sweep."""
+
+
+def position(stage: str) -> int:
+    """Return a stage's place in `STAGES`.
+
+    Raises
+    ------
+    ConfigError
+        When there is no such stage.
+    """
+    if stage not in STAGES:
+        raise ConfigError("stage", stage, "does not exist", f"use one of {', '.join(STAGES)}")
+    return STAGES.index(stage)
+
+
+def _own_paths(stage: str) -> tuple[str, ...]:
+    """Return the parameter paths that a stage's line of `DEPENDENCIES` names."""
+    found: set[str] = set()
+    for pattern in DEPENDENCIES[stage]:
+        found |= set(fnmatch.filter(all_fields(Parameters), pattern))
+    return tuple(sorted(found))
+
+
+_OWN_PATHS = {stage: _own_paths(stage) for stage in STAGES}
+
+
+def stage_paths(stage: str) -> tuple[str, ...]:
+    """Return every parameter path that a stage depends on, its ancestors' included, sorted.
+
+    Raises
+    ------
+    ConfigError
+        When there is no such stage.
+    """
+    upto = STAGES[: position(stage) + 1]
+    return tuple(sorted({path for earlier in upto for path in _OWN_PATHS[earlier]}))
+
+
+def stage_parameters(parameters: Parameters, stage: str) -> str:
+    """Return the parameters that a stage depends on, as a JSON object with their groups.
+
+    Two runs that share a stage differ in others, which the stage's result must not know.
+
+    Raises
+    ------
+    ConfigError
+        When there is no such stage.
+    """
+    tree: dict[str, Any] = {}
+    for path in stage_paths(stage):
+        *groups, key = path.split(".")
+        group = tree
+        for name in groups:
+            group = group.setdefault(name, {})
+        group[key] = _canonical(value_at(parameters, path))
+    return json.dumps(tree, allow_nan=False)
+
+
+def stage_ids(parameters: Parameters) -> dict[str, str]:
+    """Return the identity of each stage of a run with these parameters.
+
+    An identity is the beginning of the SHA-256 of canonical JSON: sorted keys, floats at full
+    precision, with the parent's identity among the keys.
+    """
+    ids: dict[str, str] = {}
+    parent: str | None = None
+    for stage in STAGES:
+        values = {path: _canonical(value_at(parameters, path)) for path in _OWN_PATHS[stage]}
+        content = {"stage": stage, "parent": parent, "parameters": values}
+        text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
+        parent = ids[stage] = hashlib.sha256(text.encode("ascii")).hexdigest()[:ID_DIGITS]
+    return ids
+
+
+def _canonical(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return [_canonical(item) for item in value]
+    return value + 0.0 if isinstance(value, float) else value  # Makes -0.0 the same as 0.0.

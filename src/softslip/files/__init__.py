@@ -1,0 +1,1 @@
+"""What is on disk: products, quantities, layouts, storage, conventions, seals and labels."""

@@ -1,0 +1,299 @@
+"""What is wrong with a dataset, measured against a declaration of what it must look like.
+
+The checks look at names, dimensions, types, units, sizes and values, and recompute nothing.
+"""
+
+import json
+from collections.abc import Callable, Hashable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from softslip.messages import Verbatim, brief
+
+Kind = Literal["number", "count", "flag", "word"]
+
+TYPES: Mapping[Kind, np.dtype[Any]] = {
+    "number": np.dtype(np.float64),
+    "count": np.dtype(np.int64),
+    "flag": np.dtype(np.bool_),
+}
+"""Type of the values of each kind; words may be of any length and are looked at one by one."""
+
+KINDS: Mapping[str, Kind] = {"f": "number", "i": "count"}
+"""Kind of swept values by the kind of their type; all others are words."""
+
+Rule = Callable[[xr.Dataset], str | None]
+"""Returns what is wrong with a dataset whose variables are right one by one, if anything is."""
+
+
+@dataclass(frozen=True)
+class Variable:
+    """What one variable must look like.
+
+    Attributes
+    ----------
+    dims
+        Its dimensions in their order; after those of the sweep, where it is ``swept``.
+    units
+        Its attribute ``units``; None for a label, which carries none.
+    kind
+        float64, int64, truth values or words.
+    unknown
+        Whether values may be NaN.
+    infinite
+        Whether values may be infinite.
+    least, above
+        Values that are known are at least one of these and above the other.
+    increasing
+        Whether each value must exceed the one before it.
+    words
+        The words in their order, for a label; the words that may occur, for any other variable.
+    swept
+        Whether the dimensions of the sweep come before its own.
+    pooled
+        Dimensions of the sweep that it has not.
+    known_where
+        A variable of words and a beginning: where its word begins so, values must be known.
+    group
+        Variables of one group are there together or not at all; None if it must be there.
+    """
+
+    dims: tuple[str, ...]
+    units: str | None
+    kind: Kind = "number"
+    unknown: bool = False
+    infinite: bool = False
+    least: float = -np.inf
+    above: float = -np.inf
+    increasing: bool = False
+    words: tuple[str, ...] = ()
+    swept: bool = False
+    pooled: tuple[str, ...] = ()
+    known_where: tuple[str, str] | None = None
+    group: str | None = None
+
+
+@dataclass(frozen=True)
+class Schema:
+    """What the datasets of one stage must look like.
+
+    Attributes
+    ----------
+    remedy
+        How a dataset of this stage is made anew.
+    variables
+        What each variable must look like, by name.
+    groups
+        The parameter without which a group of variables is absent, by the group's name.
+    sweep
+        The variable whose leading dimensions are those of the sweep; None where nothing is swept.
+    shared
+        Units of the parameters that are a coordinate where all runs share their value.
+    rules
+        What must hold between variables.
+    """
+
+    remedy: str
+    variables: Mapping[str, Variable]
+    groups: Mapping[str, str] = field(default_factory=dict)
+    sweep: str | None = None
+    shared: Mapping[str, str] = field(default_factory=dict)
+    rules: tuple[Rule, ...] = ()
+
+
+SIZES: Mapping[str, int] = {"axis": 2, "wall": 2, "parameter": 3, "other_parameter": 3}
+"""Sizes of the dimensions that always have the same."""
+
+LEAST_SIZES: Mapping[str, int] = {
+    "time": 1,
+    "profile": 1,
+    "wall_distance": 2,
+    "snapshot": 1,
+    "field_x": 1,
+    "field_y": 1,
+    "wall_node": 1,
+    "normalised_position": 2,
+}
+"""Smallest sizes of other dimensions; those not named may be 0, as without particles."""
+
+
+def faults(dataset: xr.Dataset, schema: Schema) -> Iterator[str]:
+    """Yield what is wrong with a dataset; take the first, as later checks rely on earlier ones.
+
+    Parameters
+    ----------
+    dataset
+        Any dataset.
+    schema
+        What it must look like.
+    """
+    wanted = dict(schema.variables)
+    for group, path in schema.groups.items():
+        members = [name for name, variable in wanted.items() if variable.group == group]
+        if not any(name in dataset.variables for name in members):
+            yield from _parameter_faults(dataset, path)
+            if not _is_wanted(dataset, path):
+                wanted = {name: each for name, each in wanted.items() if name not in members}
+    for name in wanted:
+        if name not in dataset.variables:
+            yield f"variable {name} is missing, which this stage writes"
+    lead = () if schema.sweep is None else dataset.variables[schema.sweep].dims
+    yield from _swept_faults(dataset, schema, lead)
+    for name, variable in wanted.items():
+        yield from _form_faults(name, dataset.variables[name], variable, lead)
+    for name, variable in wanted.items():
+        yield from _value_faults(name, dataset.variables[name].values, variable)
+        yield from _gap_faults(name, dataset, variable)
+    for rule in schema.rules:
+        fault = rule(dataset)
+        if fault is not None:
+            yield fault
+
+
+def _is_wanted(dataset: xr.Dataset, path: str) -> bool:
+    """Tell whether a run's parameters ask for a group; without parameters nothing is asked for."""
+    section, _, name = path.partition(".")
+    text = dataset.attrs.get("parameters")
+    return text is not None and json.loads(text)[section][name] not in (None, [])
+
+
+def _parameter_faults(dataset: xr.Dataset, path: str) -> Iterator[str]:
+    """Yield that the parameters cannot be read, if they cannot."""
+    try:
+        _is_wanted(dataset, path)
+    except (ValueError, TypeError, KeyError, IndexError, RecursionError):
+        text = shown(dataset.attrs["parameters"])
+        yield f"attribute parameters is {text}, not the JSON of a run's parameters with {path}"
+
+
+def _swept_faults(dataset: xr.Dataset, schema: Schema, lead: tuple[Hashable, ...]) -> Iterator[str]:
+    """Yield what is wrong with the values swept and with those that all runs share."""
+    own = {dim for variable in schema.variables.values() for dim in variable.dims}
+    for dim in lead:
+        name = _plain(dim)
+        if dim in own:
+            yield f"variable {schema.sweep} has the dimension {name}, which is not swept"
+        if dim not in dataset.variables:
+            yield f"variable {name} is missing, which holds the swept values"
+        held = dataset.variables[dim]
+        kind = KINDS.get(held.dtype.kind, "word")
+        units = schema.shared.get(str(dim), held.attrs.get("units"))
+        yield from _form_faults(dim, held, Variable((str(dim),), units, kind), ())
+        yield from _value_faults(dim, held.values, Variable((str(dim),), units, kind))
+        if len(set(held.values.tolist())) != held.size:
+            yield f"variable {name} has a value twice, not each once"
+    for label, units in schema.shared.items():
+        if label in dataset.variables and label not in lead:
+            held = dataset.variables[label]
+            yield from _form_faults(label, held, Variable((), units), ())
+            yield from _value_faults(label, held.values, Variable((), units))
+
+
+def _form_faults(
+    name: Hashable, held: xr.Variable, wanted: Variable, lead: tuple[Hashable, ...]
+) -> Iterator[str]:
+    """Yield what is wrong with a variable's dimensions, type, units and sizes."""
+    before = tuple(dim for dim in lead if dim not in wanted.pooled) if wanted.swept else ()
+    dims = (*before, *wanted.dims)
+    if held.dims != dims:
+        yield f"variable {_plain(name)} has dimensions {_listed(held.dims)}, not {_listed(dims)}"
+    yield from _type_faults(name, held, wanted.kind)
+    units = held.attrs.get("units")
+    if not isinstance(units, str | None) or units != wanted.units:
+        yield f"variable {_plain(name)} has the units {shown(units)}, not {shown(wanted.units)}"
+    for dim, size in held.sizes.items():
+        place = f"variable {_plain(name)} has {size} values along {_plain(dim)}"
+        if size != SIZES.get(str(dim), size):
+            yield f"{place}, not {SIZES[str(dim)]}"
+        least = 1 if dim in before else LEAST_SIZES.get(str(dim), 0)
+        if size < least:
+            yield f"{place}, not at least {least}"
+
+
+def _type_faults(name: Hashable, held: xr.Variable, kind: Kind) -> Iterator[str]:
+    """Yield what is wrong with the type of a variable's values, and with how they were stored."""
+    found = f"variable {_plain(name)} has values of type {_plain(held.dtype)}"
+    if kind == "word":
+        if not all(isinstance(word, str) for word in held.values.ravel().tolist()):
+            yield f"{found}, not words"
+        return
+    if held.dtype != TYPES[kind]:
+        yield f"{found}, not {TYPES[kind]}"
+    # Values are stored as they are, and what is unknown as NaN: anything else was changed on the
+    # way in.
+    fill = np.asarray(held.encoding.get("_FillValue", held.encoding.get("missing_value", np.nan)))
+    whole = fill.dtype.kind == "f" and bool(np.isnan(fill).all())
+    if {"scale_factor", "add_offset"} & set(held.encoding) or not whole:
+        yield f"variable {_plain(name)} is stored scaled or with gaps, not as it is"
+
+
+def _value_faults(name: Hashable, values: NDArray[Any], wanted: Variable) -> Iterator[str]:
+    """Yield what is wrong with a variable's values one by one and in their order."""
+    if wanted.kind == "word":
+        yield from _word_faults(name, values.ravel().tolist(), wanted)
+    if wanted.kind in ("word", "flag"):
+        return
+    numbers = values.astype(np.float64)
+    if not wanted.unknown:
+        yield from _first(name, values, np.isnan(numbers), "a number")
+    if not wanted.infinite:
+        yield from _first(name, values, np.isinf(numbers), "finite")
+    yield from _first(name, values, numbers < wanted.least, f"at least {wanted.least:g}")
+    yield from _first(name, values, numbers <= wanted.above, f"above {wanted.above:g}")
+    if wanted.increasing:
+        falls = np.append(False, np.diff(numbers) <= 0)
+        yield from _first(name, values, falls, "above the value before it")
+
+
+def _word_faults(name: Hashable, words: list[str], wanted: Variable) -> Iterator[str]:
+    """Yield what is wrong with words; a label has all of its own in order, others some of them."""
+    if not wanted.words:
+        return
+    if wanted.units is None and tuple(words) != wanted.words:
+        yield f"variable {_plain(name)} is {shown(words)}, not {shown(list(wanted.words))}"
+    for word in words:
+        if word not in wanted.words:
+            choices = " or ".join(map(repr, wanted.words))
+            yield f"variable {_plain(name)} has the word {shown(word)}, not {choices}"
+
+
+def _gap_faults(name: str, dataset: xr.Dataset, wanted: Variable) -> Iterator[str]:
+    """Yield where a value is unknown although the dataset says that it is known."""
+    if wanted.known_where is None:
+        return
+    messages, beginning = wanted.known_where
+    words = dataset.variables[messages].values
+    known = np.array([word.startswith(beginning) for word in words.ravel().tolist()], dtype=bool)
+    values = dataset.variables[name].values
+    wrong = np.isnan(values) & known.reshape(words.shape)
+    yield from _first(name, values, wrong, f"a number where {messages} says {beginning!r}")
+
+
+def _first(
+    name: Hashable, values: NDArray[Any], wrong: NDArray[np.bool_], wanted: str
+) -> Iterator[str]:
+    """Yield the first value that is wrong, with its place."""
+    if not wrong.any():
+        return
+    place = tuple(int(index) for index in np.argwhere(wrong)[0])
+    at = f"[{', '.join(map(str, place))}]" if place else ""
+    yield f"variable {_plain(name)}{at} is {values[place]:g}, not {wanted}"
+
+
+def shown(value: object) -> str:
+    """Return anything that a file may hold on one short line of plain text."""
+    return "none" if value is None else _plain(repr(value))
+
+
+def _plain(name: object) -> str:
+    """Return a name as one short line of plain text."""
+    return brief(Verbatim(" ".join(str(name).split())))
+
+
+def _listed(dims: tuple[Hashable, ...]) -> str:
+    """Return dimensions as an error shows them."""
+    return f"({', '.join(map(_plain, dims[:6]))})"

@@ -1,0 +1,1 @@
+"""Work on results: locks, status, plans, removal, progress."""

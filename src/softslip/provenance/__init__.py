@@ -1,0 +1,1 @@
+"""Where results come from: fingerprints, attribution, lineage, verification, traces, crates."""

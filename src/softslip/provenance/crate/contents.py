@@ -1,0 +1,324 @@
+"""What goes into a research object: a scenario's results, and what they were made with."""
+
+import hashlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path, PurePosixPath
+
+from softslip.config.scenario import FOLDER, Scenario, load_scenario
+from softslip.errors import ConfigError, DatasetError
+from softslip.files.layout import DATASET
+from softslip.files.products import Wanted, wanted
+from softslip.files.stamps import FIGURE, check_figure
+from softslip.files.storage import read_dataset
+from softslip.messages import brief, file_text
+from softslip.provenance.attribution import ROOT
+from softslip.provenance.lineage import Parent, Product, read_product
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A step of the workflow, by the name of its rule.
+
+    Attributes
+    ----------
+    command
+        What it calls.
+    purpose
+        What it does, for people.
+    reads
+        The rules whose results it reads.
+    takes_scenario
+        Whether it reads the scenario too.
+    is_output
+        Whether its results are what the workflow is run for, not only what later steps need.
+    """
+
+    command: str
+    purpose: str
+    reads: tuple[str, ...] = ()
+    takes_scenario: bool = False
+    is_output: bool = True
+
+
+RULES: Mapping[str, Rule] = {
+    "packing": Rule("packing", "Packs discs with LAMMPS", (), True, False),
+    "expansion": Rule("expansion", "Grows discs into membranes", ("packing",), True, False),
+    "ageing": Rule("ageing", "Relaxes membranes at zero stress", ("expansion",), True, False),
+    "shear": Rule("shear", "Shears an aged packing", ("ageing",), True),
+    "gather": Rule("gather", "Gathers the runs of the scenario into a table", ("shear",), True),
+    "fit": Rule("fit", "Fits flow and slip laws to the flow curve", ("gather",)),
+    "figure": Rule("draw", "Draws a figure from tables", ("gather", "fit")),
+    "snapshot": Rule("draw", "Draws the particles of a run", ("shear",)),
+}
+"""Steps of the workflow, each after those whose results it reads."""
+
+MOST_NAMED = 3
+"""Missing results that a sentence names; of more it says the number."""
+
+
+@dataclass(frozen=True)
+class Item:
+    """A file of the research object.
+
+    Attributes
+    ----------
+    name
+        Its path in there, with slashes.
+    source
+        Where it is now, or its bytes.
+    size
+        Of the file [byte].
+    sha256
+        Of the file.
+    """
+
+    name: str
+    source: Path | bytes
+    size: int
+    sha256: str
+
+
+def item(name: str, source: Path | bytes) -> Item:
+    """Return a file of the research object with its size and digest.
+
+    Raises
+    ------
+    DatasetError
+        When it cannot be read.
+    """
+    if isinstance(source, bytes):
+        return Item(name, source, len(source), hashlib.sha256(source).hexdigest())
+    try:
+        with source.open("rb") as file:
+            digest = hashlib.file_digest(file, "sha256").hexdigest()
+        return Item(name, source, source.stat().st_size, digest)
+    except OSError as error:
+        raise DatasetError(f"{file_text(source)}: cannot be read ({error.strerror})") from error
+
+
+def listed(names: Sequence[str]) -> str:
+    """Return the first of some names, and how many more there are."""
+    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+    return f"{', '.join(names[:MOST_NAMED])}{more}"
+
+
+@dataclass(frozen=True)
+class Result:
+    """A result that is there and has been checked.
+
+    Attributes
+    ----------
+    wanted
+        Which it is.
+    product
+        Its labels.
+    file
+        The file itself.
+    benchmark
+        What Snakemake noted of its job, None where it was done without.
+    """
+
+    wanted: Wanted
+    product: Product
+    file: Item
+    benchmark: Item | None
+
+    @property
+    def rule(self) -> str:
+        """The step that made it."""
+        return self.wanted.rule
+
+
+@dataclass(frozen=True)
+class Contents:
+    """What goes into a research object.
+
+    Attributes
+    ----------
+    scenario
+        Whose results they are.
+    results
+        Parents before children.
+    missing
+        Names of results that are not there.
+    scenario_file
+        The scenario.
+    others
+        What else the results were made with: the workflow, its settings, the locked environment.
+    """
+
+    scenario: Scenario
+    results: tuple[Result, ...]
+    missing: tuple[str, ...]
+    scenario_file: Item
+    others: tuple[Item, ...]
+
+    @cached_property
+    def by_work(self) -> Mapping[tuple[str, str], Result]:
+        """The datasets among the results, by stage and run."""
+        data = (each for each in self.results if not each.product.is_figure)
+        return {(each.product.stage, each.product.run): each for each in data}
+
+    @property
+    def gaps(self) -> str:
+        """A sentence about what is missing, nothing where nothing is."""
+        if not self.missing:
+            return ""
+        total = len(self.missing) + len(self.results)
+        return f"{len(self.missing)} of {total} results are missing: {listed(self.missing)}."
+
+    def parents(self, result: Result) -> tuple[Result, ...]:
+        """Return what a result was made from, as far as it is here."""
+        keys = ((parent.stage, parent.run) for parent in result.product.parents)
+        return tuple(self.by_work[key] for key in keys if key in self.by_work)
+
+
+def collect(
+    name_or_path: str, results: Path | None = None, *, partial: bool = False, project: Path = Path()
+) -> Contents:
+    """Find and check everything that goes into the research object of a scenario.
+
+    Every result is read and its digests are checked, and it must have been made from the very
+    results that are there now.
+
+    Parameters
+    ----------
+    name_or_path
+        Of the scenario, see `config.scenario.load_scenario`.
+    results
+        Folder of its results; ``results/NAME`` by default.
+    partial
+        Whether results may be missing.
+    project
+        Folder with the workflow.
+
+    Raises
+    ------
+    ConfigError
+        When there is no such scenario, or no workflow in the folder.
+    DatasetError
+        When results are missing, damaged, or made from others than those that are there.
+    """
+    scenario = load_scenario(name_or_path)
+    folder = results or Path("results") / scenario.name
+    every = list(wanted(scenario))
+    missing = [each.name for each in every if not (folder / each.name).exists()]
+    if missing and (not partial or len(missing) == len(every)):
+        remedy = "" if len(missing) == len(every) else ", or give --partial"
+        raise DatasetError(
+            f"{file_text(folder)}: {len(missing)} of {len(every)} results are missing "
+            f"({listed(missing)}); run the workflow with --config scenario={name_or_path}{remedy}"
+        )
+    top = f"results/{scenario.name}"
+    path = Path(name_or_path)
+    path = path if path.suffix == ".yaml" else FOLDER / f"{name_or_path}.yaml"
+    scenario_file = item(f"{FOLDER}/{scenario.name}.yaml", path)
+    others = [each for each in _project_files(project) if each.name != scenario_file.name]
+    absent = frozenset(missing)
+    found = [_checked(each, folder, top) for each in every if each.name not in absent]
+    contents = Contents(scenario, tuple(found), tuple(missing), scenario_file, tuple(others))
+    for result in found:
+        _check_parents(contents, result)
+    return contents
+
+
+def _checked(each: Wanted, folder: Path, top: str) -> Result:
+    """Read a result and make sure that it is what its name says, and whole.
+
+    Raises
+    ------
+    DatasetError
+        When it is not, or does not say when and by what it was made.
+    """
+    path = folder / each.name
+    file = item(f"{top}/{each.name}", path)
+    if each.stage == FIGURE:
+        check_figure(path)
+    else:
+        read_dataset(path, stage=each.stage, run=each.run)
+    product = read_product(path)
+    claims = {"stage": (product.stage, each.stage), "run": (product.run, each.run)}
+    if each.stage == FIGURE:
+        # Which figure it is, only its title says.
+        stem = PurePosixPath(each.name).stem
+        claims["title"] = (product.title, stem if each.rule == "figure" else each.rule)
+    for key, (told, due) in claims.items():
+        if told != due:
+            raise DatasetError(f"{file_text(path)}: is of {key} {told!r}, not {due!r}")
+    for key in ("started", "ended", "fingerprint", "environment"):
+        if key not in product.provenance:
+            raise DatasetError(
+                f"{file_text(path)}: does not say its {key}; it is of an earlier release: delete "
+                "it and make it again"
+            )
+    noted = folder / each.benchmark
+    benchmark = item(f"{top}/{each.benchmark}", noted) if noted.is_file() else None
+    return Result(each, product, file, benchmark)
+
+
+def _check_parents(contents: Contents, result: Result) -> None:
+    """Refuse a result that was made from others than those that are there.
+
+    Raises
+    ------
+    DatasetError
+        When that is so.
+    """
+    path = file_text(result.product.path)
+    parents = result.product.parents
+    for parent in parents:
+        here = contents.by_work.get((parent.stage, parent.run))
+        if here is None and _is_missing(contents, parent):
+            continue
+        if here is None or here.product.content != parent.content:
+            state = "is no part of the scenario" if here is None else "has changed since then"
+            raise DatasetError(
+                f"{path}: was made from {parent.stage} {parent.run}, which {state}; run the "
+                "workflow again"
+            )
+    if result.rule == "gather" and not contents.missing:
+        runs = contents.scenario.stage_table("shear")
+        if len(parents) != len(runs):
+            raise DatasetError(
+                f"{path}: was gathered from {len(parents)} of {len(runs)} runs; run the workflow "
+                "again"
+            )
+
+
+def _is_missing(contents: Contents, parent: Parent) -> bool:
+    """Return whether a parent is a result of the scenario that is not there."""
+    places = (f"{parent.stage}/{parent.run}{DATASET}", f"{parent.stage}{DATASET}")
+    return any(place in contents.missing for place in places)
+
+
+def _project_files(project: Path) -> Iterator[Item]:
+    """Yield the workflow, its settings, and what belongs to the code: lock, licence, citation.
+
+    Raises
+    ------
+    ConfigError
+        When there is no workflow.
+    """
+    if not (project / "workflow" / "Snakefile").is_file():
+        raise ConfigError(
+            "workflow",
+            brief("workflow/Snakefile"),
+            "is not in the current directory",
+            "change to the project's folder",
+        )
+    names = ["Snakefile", "config/defaults.yaml", "profiles/default/config.yaml"]
+    inside = (path.relative_to(project) for path in (project / "workflow").rglob("*"))
+    names += [path.as_posix() for path in inside if _is_source(project, path)]
+    for name in sorted(names):
+        if (project / name).is_file():
+            yield item(name, project / name)
+    for name in ("CITATION.cff", "LICENSE", "requirements.lock"):
+        if (ROOT / name).is_file():
+            yield item(name, ROOT / name)
+
+
+def _is_source(project: Path, path: Path) -> bool:
+    hidden = any(part.startswith((".", "__")) for part in path.parts)
+    return not hidden and (project / path).is_file()

@@ -1,0 +1,388 @@
+"""The numbers of figures and datasets as CSV, for those who plot elsewhere.
+
+One row a point, one column a coordinate, value or error. Lines that begin with ``#`` come first:
+title, digests of the sources, and unit and meaning of each column. The columns' names are plain
+words without units: pandas, R, Origin, gnuplot and NumPy take them as they are, while brackets and
+blanks would be changed by some and have to be quoted in others. Excel shows all of it.
+
+Numbers are the shortest decimals that read back as the same float64, or integers; flags are 1 and
+0; what is not known is empty. The same source gives the same bytes.
+"""
+
+import csv
+import os
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any, TextIO
+
+import numpy as np
+import xarray as xr
+
+from softslip.analysis import figures
+from softslip.analysis.figures.shown import Quantity, Series, coordinates, quantity, shown
+from softslip.errors import DatasetError
+from softslip.files.layout import DATASET
+from softslip.files.products import FIGURES
+from softslip.files.stamps import FORMATS, check_figure, read_labels
+from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST, VOLATILE, read_dataset, replacing
+from softslip.messages import file_text, printable
+from softslip.provenance.lineage import Archive, Parent, Product, read_product
+
+PANEL, SERIES = "panel", "series"
+"""Columns that say where in a figure a point is."""
+
+SINGLE = "single values"
+"""Series of a dataset's variables without dimensions."""
+
+_WHERE = {
+    PANEL: Quantity((), meaning="part of the figure"),
+    SERIES: Quantity((), meaning="line, set of points or group of variables"),
+}
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a table.
+
+    Attributes
+    ----------
+    name, unit, meaning
+        See `analysis.figures.shown.Quantity`; the name is the only one in its table.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Table:
+    """What is written to a file.
+
+    Attributes
+    ----------
+    title
+        One line.
+    sources
+        A line for each thing that it was made from.
+    series
+        The rows, in groups that share their columns.
+    """
+
+    title: str
+    sources: tuple[str, ...]
+    series: tuple[Series, ...]
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """Its columns: where points are, then what they have in common, then the rest."""
+        return tuple(self._named.values())
+
+    @property
+    def _named(self) -> dict[tuple[str, str], Column]:
+        """The columns by the name and unit that series have for them."""
+        found: dict[tuple[str, str], Column] = {}
+        taken: set[str] = set()
+        for name, each in self._quantities():
+            key = name, each.unit
+            known = found.get(key)
+            if known is None:
+                free = name
+                while free in taken:
+                    free = f"{free}_other"
+                taken.add(free)
+                found[key] = Column(free, each.unit, each.meaning)
+            elif not known.meaning:
+                found[key] = Column(known.name, known.unit, each.meaning)
+        return found
+
+    def _quantities(self) -> Iterator[tuple[str, Quantity]]:
+        for name, text in ((PANEL, "panel"), (SERIES, "name")):
+            if any(getattr(one, text) for one in self.series):
+                yield name, _WHERE[name]
+        for one in self.series:
+            yield from one.at.items()
+        for one in self.series:
+            yield from one.points.items()
+
+    def rows(self) -> Iterator[Sequence[str]]:
+        """Yield the cells of each row, as text."""
+        named = self._named
+        for one in self.series:
+            size = len(next(iter(one.points.values())).values)
+            told = {(PANEL, "1"): [one.panel] * size, (SERIES, "1"): [one.name] * size}
+            for name, each in one.at.items():
+                told[name, each.unit] = cells(np.array([each.values], dtype=object)) * size
+            for name, each in one.points.items():
+                told[name, each.unit] = cells(np.asarray(each.values))
+            nothing = [""] * size
+            yield from zip(*(told.get(key, nothing) for key in named), strict=True)
+
+
+def cells(values: np.ndarray[Any, np.dtype[Any]]) -> list[str]:
+    """Return values as text that reads back as the same."""
+    return [_cell(value) for value in values.tolist()]
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, bool):
+        return str(int(value))
+    if isinstance(value, float):
+        return "" if value != value else repr(value)
+    return "" if value is None else str(value)
+
+
+def write_csv(table: Table, file: TextIO) -> int:
+    """Write a table; return the number of its rows.
+
+    Parameters
+    ----------
+    table
+        What to write.
+    file
+        Open for text whose line ends are left as they are.
+    """
+    head = [table.title, *table.sources]
+    columns = table.columns
+    explained = [
+        f"{each.name} [{each.unit}]" + f": {each.meaning}" * bool(each.meaning) for each in columns
+    ]
+    head.append(f"names of the columns in line {len(head) + len(explained) + 2}, units here:")
+    for line in (*head, *explained):
+        file.write(f"# {printable(' '.join(line.split()))}\n")
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow([each.name for each in columns])
+    count = 0
+    for row in table.rows():
+        writer.writerow(row)
+        count += 1
+    return count
+
+
+def save_csv(table: Table, path: Path) -> int:
+    """Write a table under its final name in one step; return the number of its rows.
+
+    Raises
+    ------
+    StorageError
+        When it cannot be written.
+    """
+    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
+        return write_csv(table, file)
+
+
+def dataset_table(path: Path, variable: str | None = None) -> Table:
+    """Return the numbers of a dataset: variables of the same dimensions are a series.
+
+    Parameters
+    ----------
+    path
+        Of the dataset.
+    variable
+        If given, only this variable, with its error where it has one.
+
+    Raises
+    ------
+    DatasetError
+        When the file is missing, damaged, or has no such variable.
+    """
+    product = read_product(path)
+    dataset = read_dataset(path, stage=product.stage, run=product.run)
+    if variable is not None:
+        dataset = dataset[_with_error(dataset, variable, path)]
+    groups: dict[tuple[str, ...], list[str]] = {}
+    for name, each in dataset.data_vars.items():
+        groups.setdefault(tuple(map(str, each.dims)), []).append(str(name))
+    for name in dataset.coords if not groups else ():
+        groups.setdefault(tuple(map(str, dataset[name].dims)), []).append(str(name))
+    series = tuple(
+        _group(dataset, dims, names, several=len(groups) > 1) for dims, names in groups.items()
+    )
+    what = f"{variable} of " if variable else ""
+    title = f"{what}{product.label}"
+    return Table(title, (f"content_sha256 {product.content}",), series)
+
+
+def _with_error(dataset: xr.Dataset, variable: str, path: Path) -> list[str]:
+    """Return the names of a variable and its error.
+
+    Raises
+    ------
+    DatasetError
+        When there is no such variable.
+    """
+    names = list(map(str, dataset.variables))
+    if variable not in names:
+        near = get_close_matches(variable, names, n=3)
+        choice = f"did you mean {', '.join(near)}?" if near else f"it has {', '.join(names)}"
+        raise DatasetError(f"{file_text(path)}: has no variable {printable(variable)!r}; {choice}")
+    error = f"{variable}_error"
+    both = [variable, error]
+    alike = error in names and dataset[error].dims == dataset[variable].dims
+    return both if alike else [variable]
+
+
+def _group(
+    dataset: xr.Dataset, dims: tuple[str, ...], names: Sequence[str], *, several: bool
+) -> Series:
+    """Return the variables that have some dimensions, with their coordinates."""
+    first = dataset[names[0]]
+    points = {
+        dim: _dimension(dataset, dim, values.ravel()) for dim, values in coordinates(first).items()
+    }
+    at: dict[str, Quantity] = {}
+    for name, each in dataset.coords.items():
+        if each.ndim and str(name) not in points and set(each.dims) <= set(dims):
+            spread = each.broadcast_like(first).transpose(*dims)
+            points[str(name)] = quantity(each, spread.values.ravel())
+        elif not each.ndim:
+            at[str(name)] = quantity(each, each.item())
+    points |= {name: quantity(dataset[name], dataset[name].values.ravel()) for name in names}
+    return Series("", (" ".join(dims) or SINGLE) if several else "", points, at)
+
+
+def _dimension(dataset: xr.Dataset, dim: str, values: Any) -> Quantity:
+    if dim in dataset.coords:
+        return quantity(dataset[dim], values)
+    return Quantity(values, "1", f"number of the {dim.replace('_', ' ')}, from 0")
+
+
+def figure_table(path: Path, results: Path | None = None) -> tuple[Table, tuple[str, ...]]:
+    """Return the numbers that a figure shows, and what is to be said of them.
+
+    The figure is drawn again from its datasets, which are found by the digests that it carries.
+
+    Parameters
+    ----------
+    path
+        Of the figure.
+    results
+        Folder of its datasets; by default the figure's own, that around ``figures``, and that of
+        its scenario.
+
+    Returns
+    -------
+    tuple of Table and tuple of str
+        The second has a sentence if the figure, drawn again, does not look the same.
+
+    Raises
+    ------
+    DatasetError
+        When the file is no figure of ours, has been altered, shows no numbers, or one of its
+        datasets is missing, damaged or another one by now.
+    """
+    labels = check_figure(path)
+    name, product = str(labels.get("title")), read_product(path)
+    if name not in FIGURES:
+        raise DatasetError(
+            f"{file_text(path)}: is a figure {printable(name)!r}, which shows no numbers; figures "
+            f"that do are {', '.join(FIGURES)}"
+        )
+    datasets = [_found(path, parent, results) for parent in product.parents]
+    drawn = getattr(figures, name)(*datasets)
+    sources = (
+        f"figure with content_sha256 {product.content}",
+        *(
+            f"drawn from {parent.stage} {parent.run} with content_sha256 {parent.content}"
+            for parent in product.parents
+        ),
+    )
+    table = Table(f"{name} of {product.run}", sources, shown(drawn))
+    return table, _changes(path, labels, drawn)
+
+
+def _found(figure: Path, parent: Parent, results: Path | None) -> xr.Dataset:
+    """Return a dataset that a figure was drawn from.
+
+    Raises
+    ------
+    DatasetError
+        When it is not to be found, or damaged.
+    """
+    folders = _folders(figure, parent) if results is None else [results]
+    product = next(_candidates(folders, parent), None)
+    if product is None:
+        others = [Archive(folder).place(parent) for folder in folders]
+        newer = next((each for each in others if each.exists()), None)
+        there = f" ({file_text(newer)} is another version: draw the figure anew)" if newer else ""
+        raise DatasetError(
+            f"{file_text(figure)}: was drawn from {printable(parent.stage)} "
+            f"{printable(parent.run)} with {CONTENT_DIGEST} {printable(parent.content)[:16]}..., "
+            f"which is not below {', '.join(map(file_text, folders))}{there}; give the folder of "
+            "its results with --results"
+        )
+    return read_dataset(product.path, stage=parent.stage, run=parent.run)
+
+
+def _folders(figure: Path, parent: Parent) -> list[Path]:
+    """Return where a figure's datasets may be, the likeliest first."""
+    folder = figure.parent
+    around = next((each.parent for each in figure.parents if each.name == "figures"), None)
+    own = [folder] if around is None else [around, folder]
+    return list(dict.fromkeys([*own, *_named_results(parent)]))
+
+
+def _named_results(parent: Parent) -> list[Path]:
+    """Return the usual folder of a scenario's results, if there is one below the current folder."""
+    usual = Path("results") / Path(parent.run).name
+    return [usual] if usual.is_dir() else []
+
+
+def _candidates(folders: Sequence[Path], parent: Parent) -> Iterator[Product]:
+    """Yield what has a parent's content: first from the usual places, then from anywhere."""
+    for folder in folders:
+        try:
+            usual = read_product(Archive(folder).place(parent))
+        except DatasetError:
+            continue
+        if usual.content == parent.content:
+            yield usual
+    for folder in folders:
+        anywhere = Archive(folder).find(parent)
+        if anywhere is not None:
+            yield anywhere
+
+
+def _changes(path: Path, labels: Mapping[str, Any], drawn: Any) -> tuple[str, ...]:
+    """Say so if a figure looks different when it is drawn again."""
+    passing = (*VOLATILE, CONTENT_DIGEST, RECORD_DIGEST)
+    lasting = {key: value for key, value in labels.items() if key not in passing}
+    with tempfile.TemporaryDirectory() as folder:
+        again = Path(folder) / "again.png"
+        figures.save_figure(drawn, again, lasting)
+        same = read_labels(again)[CONTENT_DIGEST] == labels[CONTENT_DIGEST]
+    if same:
+        return ()
+    return (
+        f"{file_text(path)}: looks different when it is drawn again, by other code or software "
+        "than before; the numbers are those of now",
+    )
+
+
+def target_table(target: str, results: Path | None = None) -> tuple[Table, tuple[str, ...]]:
+    """Return the numbers of a figure, a dataset, or one variable of it.
+
+    Parameters
+    ----------
+    target
+        A figure's file, a dataset's, or a dataset's with a colon and the name of a variable.
+    results
+        See `figure_table`.
+
+    Raises
+    ------
+    DatasetError
+        When it is none of these, or cannot be read.
+    """
+    path, variable = Path(target), None
+    if not os.path.exists(path) and f"{DATASET}:" in target:
+        before, _, variable = target.rpartition(":")
+        path = Path(before)
+    if path.suffix in FORMATS and variable is None:
+        return figure_table(path, results)
+    return dataset_table(path, variable), ()

@@ -1,0 +1,197 @@
+"""Results as a graph: which file was made from which, told from the labels that they carry."""
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from softslip.config.stages import STAGES
+from softslip.errors import DatasetError
+from softslip.files.labels import LABELS, text_attributes
+from softslip.files.layout import DATASET
+from softslip.files.stamps import FIGURE, FORMATS, read_labels
+from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST
+from softslip.messages import file_text
+
+
+@dataclass(frozen=True)
+class Parent:
+    """What a product says of something that it was made from.
+
+    Attributes
+    ----------
+    stage, run
+        Which it was.
+    content, record
+        Its digests, see `files.storage`; the second is empty where it was not noted.
+    """
+
+    stage: str
+    run: str
+    content: str
+    record: str
+
+
+@dataclass(frozen=True)
+class Product:
+    """A file of results, by its labels.
+
+    Attributes
+    ----------
+    path
+        Where it is.
+    stage, run
+        Which it is; the stage of every figure is `FIGURE`, and its run is that of its first
+        dataset: a run of the shear stage, a scenario or a study.
+    title
+        For people; of a figure its name.
+    content, record
+        Its digests as it states them; whether they are right is not looked at.
+    parents
+        What it was made from.
+    parameters
+        That it depends on: of a run those of its stage, of what is gathered those of the scenario.
+    provenance
+        Code, software, machine, times and effort; empty where they were not noted.
+    """
+
+    path: Path
+    stage: str
+    run: str
+    title: str
+    content: str
+    record: str
+    parents: tuple[Parent, ...]
+    parameters: Mapping[str, Any]
+    provenance: Mapping[str, Any]
+
+    @property
+    def is_figure(self) -> bool:
+        """Whether it is a figure."""
+        return self.stage == FIGURE
+
+    @property
+    def label(self) -> str:
+        """What people call it: stage and run, or a figure's name and run."""
+        return f"{self.title if self.is_figure else self.stage} {self.run}"
+
+
+def read_product(path: Path) -> Product:
+    """Read the labels of a file of results; its numbers or pixels are not looked at.
+
+    Raises
+    ------
+    DatasetError
+        When the file is missing, cannot be read, or has no labels.
+    """
+    if path.suffix != DATASET and path.suffix not in FORMATS:
+        endings = ", ".join((DATASET, *FORMATS))
+        raise DatasetError(f"{file_text(path)}: is no result; give a file that ends in {endings}")
+    if path.suffix != DATASET:
+        return product_of(path, read_labels(path))
+    return product_of(path, text_attributes(path, LABELS))
+
+
+def product_of(path: Path, labels: Mapping[str, Any]) -> Product:
+    """Return what a file of results is, by labels that were read from it.
+
+    Raises
+    ------
+    DatasetError
+        When they are not those of a result.
+    """
+    missing = [key for key in ("stage", "run", CONTENT_DIGEST, RECORD_DIGEST) if key not in labels]
+    if missing:
+        raise DatasetError(
+            f"{file_text(path)}: has no {missing[0]}; it is no result, or of an earlier release: "
+            "delete it and make it again"
+        )
+    try:
+        return _product(path, labels)
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        raise DatasetError(
+            f"{file_text(path)}: has labels that cannot be read ({error}); delete it and make it "
+            "again"
+        ) from error
+
+
+def _product(path: Path, labels: Mapping[str, Any]) -> Product:
+    provenance = _mapping(labels.get("provenance", {}))
+    records = provenance.get("parent_records", [])
+    listed = labels.get("parents", [])
+    told = json.loads(listed) if isinstance(listed, str) else listed
+    # Both lists are written together; where one was not, its half is unknown.
+    records = records if len(records) == len(told) else [""] * len(told)
+    parents = tuple(
+        Parent(str(each["stage"]), str(each["run"]), str(each[CONTENT_DIGEST]), str(record))
+        for each, record in zip(told, records, strict=True)
+    )
+    return Product(
+        path=path,
+        stage=str(labels["stage"]),
+        run=str(labels["run"]),
+        title=str(labels.get("title", "")),
+        content=str(labels[CONTENT_DIGEST]),
+        record=str(labels[RECORD_DIGEST]),
+        parents=parents,
+        parameters=_mapping(labels.get("parameters", {})),
+        provenance=provenance,
+    )
+
+
+def _mapping(value: Any) -> dict[str, Any]:
+    return dict(json.loads(value) if isinstance(value, str) else value)
+
+
+class Archive:
+    """The results in a folder, found by what others say that they were made from.
+
+    Parameters
+    ----------
+    folder
+        Of a scenario's results, or any folder with results below it.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    @cached_property
+    def files(self) -> tuple[Path, ...]:
+        """Every file that may be a result, sorted by its path."""
+        suffixes = (DATASET, *FORMATS)
+        found = (path for path in self.folder.rglob("*") if path.suffix in suffixes)
+        return tuple(sorted(path for path in found if path.is_file() and path.name[0] != "."))
+
+    def products(self) -> Iterator[Product | DatasetError]:
+        """Yield what each file is, or why that cannot be told, in the order of `files`."""
+        for path in self.files:
+            try:
+                yield read_product(path)
+            except DatasetError as error:
+                yield error
+
+    def find(self, parent: Parent) -> Product | None:
+        """Return the product that has a parent's content, None where there is none.
+
+        It is looked for where the workflow puts it, and then everywhere.
+        """
+        try:
+            usual = read_product(self.place(parent))
+        except DatasetError:
+            usual = None
+        if usual is not None and usual.content == parent.content:
+            return usual
+        return self._by_content.get(parent.content)
+
+    def place(self, parent: Parent) -> Path:
+        """Return where the workflow puts the dataset of a stage and run."""
+        if parent.stage in STAGES:
+            return self.folder / parent.stage / f"{parent.run}{DATASET}"
+        return self.folder / f"{parent.stage}{DATASET}"
+
+    @cached_property
+    def _by_content(self) -> dict[str, Product]:
+        every = [each for each in self.products() if isinstance(each, Product)]
+        return {each.content: each for each in reversed(every)}

@@ -1,0 +1,232 @@
+"""Which runs a value was computed from, told from the table of runs that it goes back to."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from softslip.analysis.fits.flow import PARAMETERS
+from softslip.analysis.fits.points import with_stress
+from softslip.analysis.observables import mean_over_seeds
+from softslip.errors import DatasetError
+from softslip.provenance.tracing.targets import Values, value_at
+
+RUN = "run_id"
+"""Variable of a table of runs that says which run each cell comes from."""
+
+POOLED = "pooled_"
+"""Beginning of the names of what is fitted to all roughnesses together."""
+
+SLIP_LAWS = ("newtonian_slip_coefficient", "slip_coefficient")
+"""Slip velocity over stress below yield, and above."""
+
+ENTERED = ""
+"""Reason of a run that was not left out."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """What a run has in a value.
+
+    Attributes
+    ----------
+    run
+        Of the shear stage; empty where it is missing.
+    coordinates
+        Where the run lies in the table.
+    of
+        What of it is used: a variable of the table, empty where a cell is the run's alone.
+    left_out
+        Why it is not used; `ENTERED` where it is.
+    """
+
+    run: str
+    coordinates: Mapping[str, Any]
+    of: str
+    left_out: str
+
+
+@dataclass(frozen=True)
+class Law:
+    """What a fitted variable was fitted to.
+
+    Attributes
+    ----------
+    series, flag
+        Variables of the flow curve: the points, and whether each is steady.
+    points
+        Variable of the fits with the number of points.
+    message
+        Variable of the fits that says whether it was fitted.
+    side
+        1 for stresses above the pooled yield stress only, -1 for those below, 0 for all.
+    """
+
+    series: str
+    flag: str
+    points: str
+    message: str
+    side: int
+
+
+def law_of(variable: str) -> Law | None:
+    """Return what a variable of the fits was fitted to, None where it is no outcome of a fit."""
+    for name, side in zip(SLIP_LAWS, (-1, 1), strict=True):
+        if variable == name or variable.startswith(f"{name}_"):
+            return Law("slip_velocity", "steady_slip", f"{name}_points", f"{name}_message", side)
+    prefix = POOLED if variable.startswith(POOLED) else ""
+    bare = variable.removeprefix(prefix).removesuffix("_error")
+    if bare in (*PARAMETERS, "covariance", "reduced_chi_square", "points", "fit_message"):
+        return Law("shear_rate_bulk", "steady_bulk", f"{prefix}points", f"{prefix}fit_message", 0)
+    return None
+
+
+def fit_message(values: Values) -> str:
+    """Return what a fit says of one of its outcomes, nothing for several or for other values."""
+    law = law_of(values.variable) if values.product.stage == "fits" else None
+    if law is None or law.message not in values.dataset or values.data.ndim:
+        return ""
+    message = values.dataset[law.message]
+    return str(message.isel({dim: values.places[str(dim)] for dim in message.dims}).item())
+
+
+def cells_of(table: xr.Dataset, variable: str, places: Mapping[str, int]) -> list[Part]:
+    """Return the runs behind a variable of a table of runs.
+
+    Parameters
+    ----------
+    table
+        With `RUN`, from `analysis.observables`.
+    variable
+        Its dimensions that `RUN` has too tell the runs apart; along others all are one run's.
+    places
+        Index along each dimension along which one was chosen.
+
+    Raises
+    ------
+    DatasetError
+        When the table does not say which runs it is of.
+    """
+    shared = {dim: place for dim, place in places.items() if dim in _runs(table).dims}
+    return [Part(run, at, "", ENTERED if run else "missing") for run, at in _each(table, shared)]
+
+
+def fitted_parts(
+    fits: xr.Dataset, curve: xr.Dataset, variable: str, places: Mapping[str, int]
+) -> list[Part]:
+    """Return the runs of the points that a fitted variable was fitted to, and the others.
+
+    A run enters with its point, the mean over its seeds, as in `analysis.fits`: where that is
+    steady, positive, of known error and positive stress, and on the slip law's side of the yield
+    stress. That yield stress is fitted to the runs of all roughnesses, which enter by it.
+
+    Parameters
+    ----------
+    fits, curve
+        The fits, and the flow curve that they were fitted to.
+    variable
+        Of the fits.
+    places
+        Index along each dimension along which one was chosen.
+
+    Raises
+    ------
+    DatasetError
+        When the curve does not say which runs it is of.
+    """
+    law = law_of(variable)
+    if law is None:
+        return cells_of(curve, variable, _shared(fits, curve, places))
+    chosen = _shared(fits, curve, places)
+    reasons = _reasons(fits, curve, law).isel(chosen)
+    parts = [
+        Part(run, at, law.series, str(reason) if run else "missing")
+        for (run, at), reason in zip(_each(curve, chosen), reasons.values.ravel(), strict=True)
+    ]
+    if law.side:
+        pooled = {dim: place for dim, place in places.items() if dim != "roughness"}
+        parts += fitted_parts(fits, curve, f"{POOLED}yield_stress", pooled)
+    return parts
+
+
+def miscounted(
+    fits: xr.Dataset, curve: xr.Dataset, variable: str, places: Mapping[str, int]
+) -> str:
+    """Return what is wrong with the number of points that fits state, nothing where it is right."""
+    law = law_of(variable)
+    if law is None or law.points not in fits:
+        return ""
+    stated = fits[law.points]
+    usable = _tested(fits, mean_over_seeds(curve), law) == ENTERED
+    found = usable.sum([dim for dim in usable.dims if dim not in stated.dims])
+    at = {dim: place for dim, place in places.items() if dim in stated.dims}
+    counted, noted = found.isel(at).values, stated.transpose(*found.dims).isel(at).values
+    if np.array_equal(counted, noted):
+        return ""
+    return (
+        f"{law.points} is {int(noted.sum())} where the flow curve has {int(counted.sum())} usable "
+        f"points of {law.series}: other code has fitted it"
+    )
+
+
+def _runs(table: xr.Dataset) -> xr.DataArray:
+    if RUN not in table:
+        raise DatasetError(
+            f"{table.attrs.get('stage')} {table.attrs.get('run')}: has no {RUN}, so that its "
+            "values cannot be traced to runs; gather it again"
+        )
+    return table[RUN]
+
+
+def _shared(fits: xr.Dataset, curve: xr.Dataset, places: Mapping[str, int]) -> dict[str, int]:
+    """Return the places along the dimensions that the curve's runs have."""
+    return {dim: place for dim, place in places.items() if dim in _runs(curve).dims}
+
+
+def _each(table: xr.Dataset, places: Mapping[str, int]) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield the run in each cell and the cell's coordinates, in the order of the table."""
+    runs = _runs(table)
+    kept = [np.atleast_1d(places.get(str(dim), np.arange(runs.sizes[dim]))) for dim in runs.dims]
+    for inside in np.ndindex(*(len(each) for each in kept)):
+        place = tuple(int(each[number]) for each, number in zip(kept, inside, strict=True))
+        at = {
+            str(dim): value_at(table, str(dim), number)
+            for dim, number in zip(runs.dims, place, strict=True)
+        }
+        yield str(runs.values[place]), at
+
+
+def _reasons(fits: xr.Dataset, curve: xr.Dataset, law: Law) -> xr.DataArray:
+    """Return why each run is left out, shaped as `RUN`; its own reason before that of its point."""
+    runs = _runs(curve)
+    point = _tested(fits, mean_over_seeds(curve), law).broadcast_like(runs)
+    if "seed" not in runs.dims:
+        return point.transpose(*runs.dims)
+    own = _tested(fits, curve, law)
+    alone = own.where(own != ENTERED, point + " with its other seeds")
+    # The mean over seeds goes by those that have a value.
+    known = point.where(curve[law.series].notnull(), "not known")
+    return known.where(point == ENTERED, alone).transpose(*runs.dims)
+
+
+def _tested(fits: xr.Dataset, curve: xr.Dataset, law: Law) -> xr.DataArray:
+    """Return why each point cannot be fitted, `ENTERED` where it can."""
+    curve = with_stress(curve)
+    value, stress = curve[law.series], curve["stress"]
+    reasons: dict[str, xr.DataArray] = {
+        "not steady": curve[law.flag],
+        "not positive": value > 0,
+        "of unknown error": abs(curve[f"{law.series}_error"]) < np.inf,
+        "not at a positive stress": stress > 0,
+    }
+    if law.side:
+        threshold = fits[f"{POOLED}yield_stress"]
+        reasons["without a yield stress"] = threshold.notnull()
+        word = "above" if law.side > 0 else "below"
+        reasons[f"not {word} the yield stress"] = law.side * (stress - threshold) > 0
+    told = xr.full_like(value, ENTERED, dtype=object)
+    for reason, passed in reasons.items():
+        told = told.where((told != ENTERED) | passed, reason)
+    return told

@@ -1,0 +1,155 @@
+"""Where many results come from at once: seeds, commits, hosts, dates and effort, put together."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from softslip.config.fields import all_fields, extra
+from softslip.config.parameters import Parameters
+from softslip.provenance.attribution import UNKNOWN
+from softslip.provenance.lineage import Product
+
+CHANGED = "*"
+"""Mark of a commit whose code had been changed without committing."""
+
+LONG = 360.0
+"""Processor time from which it is told in hours [s]."""
+
+COMMIT_DIGITS = 7
+"""Digits of a commit that are shown."""
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What the provenance of some results says, each thing once and in order.
+
+    Attributes
+    ----------
+    count
+        Number of results.
+    seeds
+        Of those that have one.
+    commits
+        With `CHANGED` after those whose code had been changed.
+    hosts, environments, fingerprints
+        Machines, versions of software, digests of the code.
+    core_seconds, restarts
+        Of all together.
+    started, ended
+        The first beginning and the last end, in UTC as ISO 8601; empty where they were not noted.
+    """
+
+    count: int
+    seeds: tuple[int, ...]
+    commits: tuple[str, ...]
+    hosts: tuple[str, ...]
+    environments: tuple[str, ...]
+    fingerprints: tuple[str, ...]
+    core_seconds: float
+    restarts: int
+    started: str
+    ended: str
+
+
+def origin_of(products: Iterable[Product]) -> Origin:
+    """Put together where some results come from; a result is given once."""
+    known = [product.provenance for product in products]
+
+    def every(key: str) -> tuple[str, ...]:
+        return tuple(sorted({str(each.get(key, UNKNOWN)) for each in known}))
+
+    return Origin(
+        count=len(known),
+        seeds=tuple(sorted({int(each["seed"]) for each in known if "seed" in each})),
+        commits=tuple(sorted({_commit(each) for each in known})),
+        hosts=every("host"),
+        environments=every("environment"),
+        fingerprints=every("fingerprint"),
+        core_seconds=sum(float(each.get("core_seconds", 0.0)) for each in known),
+        restarts=sum(int(each.get("restarts", 0)) for each in known),
+        started=min((str(each["started"]) for each in known if "started" in each), default=""),
+        ended=max((str(each["ended"]) for each in known if "ended" in each), default=""),
+    )
+
+
+def _commit(provenance: Mapping[str, Any]) -> str:
+    commit = str(provenance.get("commit", UNKNOWN))
+    short = commit if commit == UNKNOWN else commit[:COMMIT_DIGITS]
+    return short + CHANGED * bool(provenance.get("dirty"))
+
+
+def listed(values: Iterable[Any], most: int = 3) -> str:
+    """Return values in few words: all of them, or the first and the last, and how many."""
+    found = sorted(set(values), key=lambda each: (isinstance(each, str), each))
+    if len(found) <= most:
+        return ", ".join(map(shown, found))
+    if isinstance(found[-1], str):
+        return f"{len(found)} different"
+    return f"{shown(found[0])} to {shown(found[-1])} ({len(found)})"
+
+
+def shown(value: Any) -> str:
+    """Return a number or word as people read and write it."""
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def effort(core_seconds: float) -> str:
+    """Return processor time in the unit that suits it."""
+    if core_seconds < LONG:
+        return f"{core_seconds:.3g} core-seconds"
+    return f"{core_seconds / 3600:.3g} core-hours"
+
+
+def swept_values(products: Sequence[Product]) -> list[dict[str, Any]]:
+    """Return what sets each of some runs of a scenario apart, under the names of the dimensions.
+
+    These are the swept parameters where a dataset among them lists its scenario's axes, and
+    otherwise those in which the runs of a stage differ. A stage has only those that it depends on.
+    """
+    axes = list(dict.fromkeys(path for each in products for path in _axes(each)))
+    varying = {} if axes else _varying(products)
+    labels = {path: _label(path) for path in {*axes, *(p for v in varying.values() for p in v)}}
+    return [
+        {
+            labels[path]: found
+            for path in (axes or varying[product.stage])
+            if (found := _value(product.parameters, path)) is not None
+        }
+        for product in products
+    ]
+
+
+def _axes(product: Product) -> list[str]:
+    axes = product.parameters.get("axes")
+    return list(axes) if isinstance(axes, dict) else []
+
+
+def _varying(products: Sequence[Product]) -> dict[str, list[str]]:
+    """Return the paths of the parameters in which the results of each stage differ."""
+    values: dict[str, dict[str, set[str]]] = {}
+    for product in products:
+        seen = values.setdefault(product.stage, {})
+        for path in _LABELS:
+            seen.setdefault(path, set()).add(repr(_value(product.parameters, path)))
+    return {
+        stage: [path for path, found in seen.items() if len(found) > 1]
+        for stage, seen in values.items()
+    }
+
+
+def _value(tree: Mapping[str, Any], path: str) -> Any:
+    """Return the number or word at a path, None where there is none."""
+    found: Any = tree
+    for key in path.split("."):
+        found = found.get(key) if isinstance(found, Mapping) else None
+    return found if isinstance(found, int | float | str) else None
+
+
+def _label(path: str) -> str:
+    return _LABELS.get(path, path.rpartition(".")[2])
+
+
+_LABELS = {
+    path: str(extra(field, "label") or path.rpartition(".")[2])
+    for path, field in all_fields(Parameters).items()
+}

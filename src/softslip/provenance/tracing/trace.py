@@ -1,0 +1,371 @@
+"""From a figure, a dataset or a number back to all that it was made from."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from functools import cached_property
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+from typing import Any
+
+from softslip.config.stages import STAGES
+from softslip.errors import DatasetError
+from softslip.files.layout import DATASET
+from softslip.files.stamps import FIGURE, FORMATS, check_figure
+from softslip.files.storage import read_dataset
+from softslip.messages import file_text
+from softslip.provenance.lineage import Archive, Parent, Product, read_product
+from softslip.provenance.tracing.contributions import RUN, Part, cells_of, fitted_parts, miscounted
+from softslip.provenance.tracing.origins import swept_values
+from softslip.provenance.tracing.targets import Target, Values, find_values
+
+FOUND, MISSING, REPLACED, UNREADABLE = "found", "missing", "replaced", "unreadable"
+"""Whether what a product says that it was made from is there: with that content, not at all, with
+other content in its place, or as a file that cannot be read."""
+
+LAST = STAGES[-1]
+"""Stage of the runs that tables are gathered from."""
+
+
+@dataclass(frozen=True)
+class Node:
+    """Something that the target was made from, or the file of the target itself.
+
+    Attributes
+    ----------
+    id
+        Digest of the content that whoever was made from it states.
+    stage, run
+        Which it is.
+    path
+        Where it is, or where the workflow would put it.
+    state
+        One of `FOUND`, `MISSING`, `REPLACED` and `UNREADABLE`.
+    product
+        What its file says, None unless it was found.
+    remade
+        Whether it was made again since, with the same content: its provenance is a later one.
+    """
+
+    id: str
+    stage: str
+    run: str
+    path: Path
+    state: str
+    product: Product | None
+    remade: bool
+
+    @property
+    def label(self) -> str:
+        """What people call it."""
+        return f"{self.stage} {self.run}" if self.product is None else self.product.label
+
+
+@dataclass(frozen=True)
+class Group:
+    """Nodes of one stage at one distance from the target.
+
+    Attributes
+    ----------
+    stage
+        Their stage.
+    nodes
+        At least one.
+    behind
+        Number of the group that was made from this one, the farthest from the target; None for
+        that of the target.
+    """
+
+    stage: str
+    nodes: tuple[Node, ...]
+    behind: int | None
+
+
+@dataclass(frozen=True)
+class Trace:
+    """All that a target was made from.
+
+    Attributes
+    ----------
+    target
+        What was asked for.
+    folder
+        Where the results are.
+    values
+        Its numbers, None where a whole file was asked for.
+    parts
+        What each run has in these numbers; None where that cannot be told, or for a file.
+    nodes
+        The target's file first, then by distance from it.
+    edges
+        Identities of what was made and of what it was made from.
+    problems
+        What is missing or does not fit, by the node's identity, in sentences.
+    """
+
+    target: Target
+    folder: Path
+    values: Values | None
+    parts: tuple[Part, ...] | None
+    nodes: tuple[Node, ...]
+    edges: tuple[tuple[str, str], ...]
+    problems: tuple[tuple[str, str], ...]
+
+    @property
+    def products(self) -> list[Product]:
+        """What was found."""
+        return [node.product for node in self.nodes if node.product is not None]
+
+    @cached_property
+    def swept(self) -> Mapping[str, Mapping[str, Any]]:
+        """What sets each node apart from others of its stage, by the node's identity."""
+        found = [node for node in self.nodes if node.product is not None]
+        told = swept_values(self.products)
+        at = {part.run: part.coordinates for part in self.parts or ()}
+        lost = {node.id: at.get(node.run, {}) for node in self.nodes if node.stage == LAST}
+        return lost | {node.id: each for node, each in zip(found, told, strict=True)}
+
+    @cached_property
+    def depths(self) -> Mapping[str, int]:
+        """Longest way from the target to each node, by the node's identity.
+
+        Raises
+        ------
+        DatasetError
+            When something says that it was made from itself.
+        """
+        parents: dict[str, list[str]] = {node.id: [] for node in self.nodes}
+        for child, parent in self.edges:
+            parents[child].append(parent)
+        depths = dict.fromkeys(parents, 0)
+        try:
+            order = list(TopologicalSorter(parents).static_order())
+        except CycleError:
+            raise DatasetError(
+                f"{file_text(self.target)}: goes back to results that say that they were made from "
+                "themselves; make them again"
+            ) from None
+        for child in reversed(order):
+            for parent in parents[child]:
+                depths[parent] = max(depths[parent], depths[child] + 1)
+        return depths
+
+    @cached_property
+    def groups(self) -> tuple[Group, ...]:
+        """The nodes in groups, by their distance from the target.
+
+        Raises
+        ------
+        DatasetError
+            See `depths`.
+        """
+        members: dict[tuple[int, str], list[Node]] = {}
+        for node in self.nodes:
+            members.setdefault((self.depths[node.id], node.stage), []).append(node)
+        keys = sorted(members)
+        number = {node.id: place for place, key in enumerate(keys) for node in members[key]}
+        behind: dict[int, int] = {}
+        for child, parent in self.edges:
+            behind[number[parent]] = max(behind.get(number[parent], 0), number[child])
+        return tuple(
+            Group(key[1], tuple(members[key]), behind.get(place)) for place, key in enumerate(keys)
+        )
+
+
+def results_folder(path: Path) -> Path:
+    """Return the folder of results that a file lies in, its own where none can be told."""
+    for folder in path.absolute().parents:
+        if any((folder / stage).is_dir() for stage in (LAST, STAGES[0])):
+            # As it was given, so that what is shown is no longer than needed.
+            near = [each for each in path.parents if each.absolute() == folder]
+            return near[0] if near else folder
+    return path.parent
+
+
+def trace(target: Target, results: Path | None = None) -> Trace:
+    """Follow a target back to all that it was made from.
+
+    Of numbers only the runs are followed that they were computed from. Whether files still hold
+    what their labels say is looked at only for the target and for the tables that tell which runs
+    these are.
+
+    Parameters
+    ----------
+    target
+        A figure, a dataset, or values in a dataset.
+    results
+        Folder in which to look; that of the target by default.
+
+    Raises
+    ------
+    ConfigError
+        When there are no such values.
+    DatasetError
+        When the target's file is missing or damaged.
+    """
+    folder = results or results_folder(target.path)
+    values = find_values(target) if target.variable else None
+    walk = _Walk(Archive(folder))
+    root = walk.begin(read_product(target.path) if values is None else values.product)
+    parts = None
+    if values is None:
+        walk.check(root)
+    else:
+        parts = walk.parts(values, root)
+    walk.follow(root, None if parts is None else {part.run for part in parts if not part.left_out})
+    return Trace(
+        target=target,
+        folder=folder,
+        values=values,
+        parts=None if parts is None else tuple(parts),
+        nodes=tuple(walk.nodes.values()),
+        edges=tuple(walk.edges),
+        problems=tuple(walk.problems),
+    )
+
+
+@dataclass
+class _Walk:
+    """A way back through the results in a folder; each file is read once."""
+
+    archive: Archive
+    nodes: dict[str, Node] = field(default_factory=dict)
+    edges: dict[tuple[str, str], None] = field(default_factory=dict)
+    problems: list[tuple[str, str]] = field(default_factory=list)
+
+    def begin(self, product: Product) -> Node:
+        """Return the node of the target's file."""
+        return self._add(
+            Node(product.content, product.stage, product.run, product.path, FOUND, product, False)
+        )
+
+    def _add(self, node: Node) -> Node:
+        return self.nodes.setdefault(node.id, node)
+
+    def check(self, node: Node) -> None:
+        """Note it when the target's file has changed since it was written."""
+        try:
+            if node.stage == FIGURE:
+                check_figure(node.path)
+            else:
+                read_dataset(node.path, stage=node.stage, run=node.run)
+        except DatasetError as error:
+            self.problems.append((node.id, str(error)))
+
+    def parts(self, values: Values, root: Node) -> list[Part] | None:
+        """Return what each run has in some values, None where that cannot be told."""
+        dataset, variable, places = values.dataset, values.variable, values.places
+        if RUN in dataset:
+            return cells_of(dataset, variable, places)
+        if root.stage != "fits":
+            return None
+        try:
+            curve = self._curve(values.product, root)
+            if curve is None:
+                return None
+            table = read_dataset(curve.path, stage=curve.stage, run=curve.run)
+            found = fitted_parts(dataset, table, variable, places)
+            wrong = miscounted(dataset, table, variable, places)
+        except DatasetError as error:
+            self.problems.append((root.id, str(error)))
+            return None
+        if wrong:
+            self.problems.append((root.id, f"{file_text(root.path)}: {wrong}"))
+        return found
+
+    def _curve(self, product: Product, root: Node) -> Node | None:
+        """Return the flow curve that laws were fitted to, None where it is not there."""
+        for parent in product.parents:
+            if parent.stage == "flow_curve":
+                node = self._node(parent, root)
+                return node if node.state == FOUND else None
+        return None
+
+    def follow(self, root: Node, runs: set[str] | None) -> None:
+        """Go back from a node, of tables only to the runs that are asked for, or to all."""
+        waiting, seen = [root], {root.id}
+        while waiting:
+            following: list[Node] = []
+            for child in waiting:
+                for parent in _asked(child, runs):
+                    node = self._node(parent, child)
+                    self.edges[child.id, node.id] = None
+                    if node.id not in seen:
+                        seen.add(node.id)
+                        following.append(node)
+            waiting = following
+        followed = {node.run for node in self.nodes.values() if node.stage == LAST}
+        for run in sorted((runs or set()) - followed):
+            sentence = f"{LAST} {run}: is in the table, but not among what it was made from"
+            self.problems.append((root.id, f"{sentence}; gather it again"))
+
+    def _node(self, parent: Parent, child: Node) -> Node:
+        """Return the node of a parent, which is looked for the first time that it is met."""
+        if parent.content in self.nodes:
+            return self.nodes[parent.content]
+        product, state, problem = self._find(parent)
+        path = self.archive.place(parent) if product is None else product.path
+        remade = product is not None and parent.record not in ("", product.record)
+        node = Node(parent.content, parent.stage, parent.run, path, state, product, remade)
+        if problem:
+            problem += f"; make {child.label} again" * (state == REPLACED)
+            sentence = f"{child.label} was made from {parent.stage} {parent.run}, but {problem}"
+            self.problems.append((node.id, sentence))
+        return self._add(node)
+
+    def _find(self, parent: Parent) -> tuple[Product | None, str, str]:
+        """Return a parent's product, its state, and what is wrong."""
+        place = self.archive.place(parent)
+        state, problem = MISSING, f"{file_text(place)} is not there"
+        if place.is_file():
+            try:
+                usual = read_product(place)
+            except DatasetError as error:
+                state, problem = UNREADABLE, str(error)
+            else:
+                if usual.content == parent.content:
+                    return usual, FOUND, ""
+                state, problem = REPLACED, f"{file_text(place)} now holds something else"
+        found = self._elsewhere(parent)
+        return (None, state, problem) if found is None else (found, FOUND, "")
+
+    def _elsewhere(self, parent: Parent) -> Product | None:
+        """Return the product in another place that has a parent's content.
+
+        Runs are known by the names of their files. Other results may have any name, and are few
+        beside the runs, which are not looked into for them.
+        """
+        if parent.stage in STAGES:
+            name = f"{parent.run}{DATASET}"
+            paths = [path for path in self.archive.files if path.name == name]
+            return _by_content(paths).get(parent.content)
+        found = self._figures if parent.stage == FIGURE else self._gathered
+        return found.get(parent.content)
+
+    @cached_property
+    def _gathered(self) -> dict[str, Product]:
+        """The datasets that are no run's, by their content."""
+        files = (path for path in self.archive.files if path.suffix == DATASET)
+        return _by_content(path for path in files if path.parent.name not in STAGES)
+
+    @cached_property
+    def _figures(self) -> dict[str, Product]:
+        """The figures by their content."""
+        return _by_content(path for path in self.archive.files if path.suffix in FORMATS)
+
+
+def _asked(child: Node, runs: set[str] | None) -> Iterator[Parent]:
+    """Yield what a node was made from, of runs that are gathered only those that are asked for."""
+    for parent in () if child.product is None else child.product.parents:
+        if runs is None or parent.stage != LAST or parent.run in runs:
+            yield parent
+
+
+def _by_content(paths: Iterable[Path]) -> dict[str, Product]:
+    """Return the results among some files by their content, the first where there are several."""
+    found: dict[str, Product] = {}
+    for path in paths:
+        with suppress(DatasetError):
+            product = read_product(path)
+            found.setdefault(product.content, product)
+    return found

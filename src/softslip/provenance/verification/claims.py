@@ -1,0 +1,346 @@
+"""What results say of one another and of their scenario, put to the test.
+
+What is one product's alone is checked by `evidence`; here each is compared with its name, with the
+parameters that name it, with its parents and with the scenario. That a parent has the parameters
+that its child states follows: both have the same identity, which is a hash of them.
+"""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from softslip.config.fields import group
+from softslip.config.parameters import Parameters
+from softslip.config.scenario import Scenario
+from softslip.config.stages import STAGES, stage_ids, stage_paths
+from softslip.files.layout import DATASET
+from softslip.files.products import FITS, SNAPSHOT, TABLES, wanted
+from softslip.files.stamps import FIGURE
+from softslip.messages import brief, file_text
+from softslip.provenance.attribution import UNKNOWN
+from softslip.provenance.fingerprints import fingerprint
+from softslip.provenance.lineage import Archive, Parent, Product
+from softslip.provenance.verification.evidence import RIGHT, Evidence
+
+CODE = {**{stage: stage for stage in STAGES}, **dict.fromkeys(TABLES, "gather"), FITS: "fit"} | {
+    FIGURE: "draw"
+}
+"""Whose fingerprint is that of the code that made a product."""
+
+NOTED = (
+    "fingerprint",
+    "commit",
+    "dirty",
+    "lock_sha256",
+    "environment",
+    "host",
+    "processor",
+    "cores",
+    "system",
+    "threads",
+    "restarts",
+    "core_seconds",
+    "started",
+    "ended",
+    "parent_records",
+)
+"""What a product must say of how it was made."""
+
+
+class Remark(str):
+    """Something worth knowing, among sentences on what is wrong."""
+
+    __slots__ = ()
+
+
+CLOCK_SLACK = timedelta(seconds=60)
+"""By how much times may be out of order: clocks are set, and those of two hosts differ."""
+
+
+def expected(scenario: Scenario) -> tuple[str, ...]:
+    """Return every product of a scenario below its folder, each after what it is made from."""
+    return tuple(each.name for each in wanted(scenario))
+
+
+@dataclass
+class Claims:
+    """All that is known of a folder of results, to test each file's claims with.
+
+    Attributes
+    ----------
+    scenario
+        Whose results they are.
+    folder
+        Where they are.
+    evidence
+        Of each file.
+    """
+
+    scenario: Scenario
+    folder: Path
+    evidence: Mapping[Path, Evidence]
+
+    def test(self, product: Product) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Return what is wrong with a product's claims, and what is worth knowing of them."""
+        name, found = file_text(product.path), list(self._findings(product))
+        problems = tuple(f"{name}: {each}" for each in found if not isinstance(each, Remark))
+        return problems, tuple(f"{name}: {each}" for each in found if isinstance(each, Remark))
+
+    def is_foreign(self, product: Product) -> bool:
+        """Return whether a product is none of the scenario as it is now."""
+        if product.stage in STAGES:
+            return product.run not in self._ids[product.stage]
+        if product.stage == FIGURE and product.title == SNAPSHOT:
+            return product.run not in self._ids["shear"]
+        known = (*TABLES, FITS, FIGURE)
+        return product.stage not in known or dict(product.parameters) != self._parameters
+
+    def is_of_other_code(self, product: Product) -> bool:
+        """Return whether a product was made by other code than there is now."""
+        stage = CODE.get(product.stage)
+        return stage is not None and product.provenance.get("fingerprint") != fingerprint(stage)
+
+    @cached_property
+    def _ids(self) -> dict[str, frozenset[str]]:
+        return {stage: frozenset(self.scenario.stage_table(stage)) for stage in STAGES}
+
+    @cached_property
+    def _parameters(self) -> dict[str, Any]:
+        return dict(json.loads(self.scenario.as_json()))
+
+    @cached_property
+    def _expected(self) -> frozenset[str]:
+        return frozenset(expected(self.scenario))
+
+    @cached_property
+    def _archive(self) -> Archive:
+        return Archive(self.folder)
+
+    @cached_property
+    def _by_content(self) -> dict[str, Path]:
+        right = [each for each in self.evidence.values() if each.product is not None]
+        return {each.product.content: each.path for each in right if each.product is not None}
+
+    def _findings(self, product: Product) -> Iterator[str]:
+        yield from self._place(product)
+        yield from _origin(product)
+        if product.stage in STAGES:
+            yield from self._identity(product)
+        elif product.stage in TABLES:
+            yield from self._table(product)
+        elif product.stage in (FITS, FIGURE):
+            yield from self._derived(product)
+        for parent in product.parents:
+            yield from self._parent(product, parent)
+        if product.provenance.get("commit") == UNKNOWN:
+            yield Remark("its commit is not known; it was made outside a checkout")
+        if self.is_of_other_code(product):
+            yield Remark("was made by other code than there is now")
+
+    def _place(self, product: Product) -> Iterator[str]:
+        """Compare a file's name with what it holds."""
+        place = _usual_place(product)
+        name = product.path.relative_to(self.folder).as_posix()
+        if name == place:
+            return
+        # In the folder of a stage a file's name is its run; elsewhere people may keep copies.
+        if name in self._expected or name.partition("/")[0] in STAGES:
+            yield f"holds {brief(product.label)}; its name should be {place}"
+        else:
+            yield Remark(f"holds {brief(product.label)}, which the workflow keeps elsewhere")
+
+    def _identity(self, product: Product) -> Iterator[str]:
+        """Compare a run's name, parent and marks with the parameters that it states."""
+        stage = product.stage
+        apart = _leaves(product.parameters) ^ set(stage_paths(stage))
+        if apart:
+            sentence = f"its parameters are not those that its stage depends on: {min(apart)}"
+            if self.is_foreign(product) and self.is_of_other_code(product):
+                yield Remark(f"{sentence}; its run ID cannot be checked")
+            else:
+                yield sentence
+            return
+        stated = _constructed(product.parameters)
+        ids = stage_ids(stated)
+        if product.run != ids[stage]:
+            yield f"is called run {brief(product.run)}, but its parameters are of run {ids[stage]}"
+        before = STAGES[STAGES.index(stage) - 1] if stage != STAGES[0] else ""
+        parents = [(before, ids[before])] if before else []
+        if [(each.stage, each.run) for each in product.parents] != parents:
+            yield f"does not name its one parent, {' '.join(parents[0]) if parents else 'none'}"
+        wanted = {
+            "parent": ids[before] if before else "",
+            "mean_radius": stated.suspension.mean_radius,
+            "area_fraction": stated.suspension.area_fraction,
+        }
+        marks = self.evidence[product.path].marks
+        for key, value in wanted.items():
+            if key not in marks or marks[key] != value:
+                yield f"its {key} is {brief(marks.get(key))}, but its parameters say {brief(value)}"
+        seed = product.provenance.get("seed")
+        if seed != stated.seed:
+            yield f"its seed is noted as {brief(seed)}, but its parameters say {stated.seed}"
+
+    def _table(self, product: Product) -> Iterator[str]:
+        """Compare a table's cells with its parents and their parameters."""
+        cells = self.evidence[product.path].cells
+        if cells is None:
+            yield "has no run_id, so that it cannot be told which runs it was made from"
+            return
+        if any(each.done != bool(each.run) for each in cells):
+            yield "names runs where its status is missing, or none where it is done"
+        named = sorted(each.run for each in cells if each.done)
+        if named != sorted(parent.run for parent in product.parents):
+            yield "its run_id are not the runs that it was made from"
+        if {parent.stage for parent in product.parents} != {"shear"}:
+            yield "was made from something else than runs of the shear stage"
+        paths = list(product.parameters.get("axes", {}))
+        if any(len(each.values) != len(paths) for each in cells):
+            yield f"has not the {len(paths)} dimensions that its scenario sweeps"
+            return
+        for cell in cells:
+            if cell.done:
+                yield from self._cell(cell.run, paths, cell.values)
+
+    def _cell(self, run: str, paths: Sequence[str], values: Sequence[Any]) -> Iterator[str]:
+        """Compare the swept values of one run with its parameters."""
+        found = self.evidence.get(self.folder / "shear" / f"{run}{DATASET}")
+        if found is None or found.product is None:
+            return
+        for path, value in zip(paths, values, strict=True):
+            own = _value_at(found.product.parameters, path)
+            # What only picks other parameters, such as fidelity, is none of the run's own.
+            if own is not None and own != value and str(own) != str(value):
+                yield f"has run {run} at {path} = {brief(value)}, but that run has {brief(own)}"
+
+    def _derived(self, product: Product) -> Iterator[str]:
+        """Compare what was made from one or two datasets with the first of them."""
+        if not product.parents:
+            yield "does not say what it was made from"
+            return
+        first = product.parents[0]
+        if product.run != first.run:
+            yield f"is of {brief(product.run)}, but was made from {first.stage} {first.run}"
+        found = self.evidence.get(self._archive.place(first))
+        parent = found.product if found is not None else None
+        if parent is None or parent.content != first.content:
+            return
+        if dict(parent.parameters) != dict(product.parameters):
+            yield f"states other parameters than {file_text(parent.path)}, which it was made from"
+
+    def _parent(self, product: Product, parent: Parent) -> Iterator[str]:
+        """Compare what a product says of a parent with what is there."""
+        place = self._archive.place(parent)
+        found, name = self.evidence.get(place), file_text(place)
+        if found is None:
+            elsewhere = self._by_content.get(parent.content)
+            if elsewhere is None:
+                yield f"its parent {name} is not there"
+            else:
+                yield Remark(f"its parent is {file_text(elsewhere)}, not {name}")
+        elif found.state != RIGHT or found.product is None:
+            yield Remark(f"its parent {name} is {found.state}")
+        elif found.product.content != parent.content:
+            yield f"its parent {name} has been changed since: its content is not what it was"
+        elif not parent.record:
+            yield f"does not note the record of its parent {name}"
+        elif found.product.record != parent.record:
+            yield from self._relabelled(product, found.product)
+        elif _is_after(found.product, "ended", product, "ended", CLOCK_SLACK):
+            yield f"ended before its parent {name} did"
+
+    def _relabelled(self, product: Product, parent: Product) -> Iterator[str]:
+        """Tell a parent that was made anew from one whose provenance was edited.
+
+        What a child has read had ended before the child did. A parent that ended later was made
+        anew since; any other is the very one that was read, and says something else now.
+        """
+        name = file_text(parent.path)
+        if _is_after(parent, "ended", product, "ended"):
+            yield Remark(f"its parent {name} was made anew since, with the same content")
+        else:
+            yield f"its parent {name} has been changed since: its provenance is not what it was"
+
+
+def _usual_place(product: Product) -> str:
+    """Return where the workflow puts a product, below the folder of results."""
+    if product.stage in STAGES:
+        return f"{product.stage}/{product.run}{DATASET}"
+    if product.stage != FIGURE:
+        return f"{product.stage}{DATASET}"
+    if product.title == SNAPSHOT:
+        return f"figures/snapshots/{product.run}{product.path.suffix}"
+    return f"figures/{product.title}{product.path.suffix}"
+
+
+def _origin(product: Product) -> Iterator[str]:
+    """Check that a product says how it was made, and the order of its times."""
+    told = product.provenance
+    missing = [key for key in NOTED if told.get(key) is None and not _may_be_none(key, told)]
+    if missing:
+        yield f"does not note its {', '.join(missing)}"
+        return
+    if len(told["parent_records"]) != len(product.parents):
+        yield "does not note the record of each of its parents"
+    for key in ("core_seconds", "threads"):
+        if not isinstance(told[key], int | float) or told[key] < 0:
+            yield f"its {key} is {brief(told[key])}, which is no number from 0 on"
+    for key in ("started", "ended"):
+        if _moment(product, key) is None:
+            yield f"its time {key} is {brief(told[key])}, which is none"
+    if _is_after(product, "started", product, "ended", CLOCK_SLACK):
+        yield f"ended at {told['ended']}, before it started at {told['started']}"
+
+
+def _may_be_none(key: str, told: Mapping[str, Any]) -> bool:
+    """Return whether nothing is all that can be known: outside a checkout nothing can be dirty."""
+    return key == "dirty" and key in told and told.get("commit") == UNKNOWN
+
+
+def _moment(product: Product, key: str) -> datetime | None:
+    """Return a time of a product's provenance, None where it is no time."""
+    try:
+        moment = datetime.fromisoformat(str(product.provenance.get(key)))
+    except ValueError:
+        return None
+    return moment if moment.tzinfo is not None else None
+
+
+def _is_after(
+    product: Product, key: str, other: Product, other_key: str, slack: timedelta = timedelta()
+) -> bool:
+    """Return whether a time is known to be later than another."""
+    time, before = _moment(product, key), _moment(other, other_key)
+    return time is not None and before is not None and time > before + slack
+
+
+def _leaves(tree: Mapping[str, Any], prefix: str = "") -> set[str]:
+    """Return the dotted paths of all values of nested mappings."""
+    found: set[str] = set()
+    for key, value in tree.items():
+        inside = isinstance(value, Mapping)
+        found |= _leaves(value, f"{prefix}{key}.") if inside else {f"{prefix}{key}"}
+    return found
+
+
+def _value_at(tree: Mapping[str, Any], path: str) -> Any:
+    value: Any = tree
+    for key in path.split("."):
+        value = value.get(key) if isinstance(value, Mapping) else None
+    return value
+
+
+def _constructed(tree: Mapping[str, Any]) -> Parameters:
+    """Return parameters as a file states them, the others at their defaults, unchecked.
+
+    Those of later stages, which the file does not have, need not go with them.
+    """
+    values: dict[str, Any] = {}
+    for name, inside in tree.items():
+        model = group(Parameters.model_fields[name])
+        values[name] = inside if model is None else model.model_construct(**inside)
+    return Parameters.model_construct(**values)

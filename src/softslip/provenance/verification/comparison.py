@@ -1,0 +1,402 @@
+"""A result and the same made again: equal, equal within stated tolerances, or different.
+
+The same code on the same kind of machine with the same software gives the same bytes. Elsewhere
+numbers are rounded otherwise, and what follows depends on what they are of. The tolerances were
+chosen from runs of 28 particles, of which one began from positions that had been changed by one
+unit in the last place; each `Rule` says why it is as it is.
+"""
+
+import re
+from collections.abc import Hashable, Iterator, Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from PIL import Image
+
+from softslip.files.layout import DATASET
+from softslip.files.stamps import check_figure
+from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST, VOLATILE, read_dataset
+from softslip.provenance.lineage import Product, read_product
+from softslip.solver.geometry import BoolArray, FloatArray
+
+EQUAL, WITHIN, DIFFERS = "equal", "within tolerance", "differs"
+"""What a comparison can find."""
+
+EARLY_STRAIN = 0.5
+"""Strain up to which two runs stay together: differences of rounding grew about tenfold for each
+unit of strain in the runs that tolerances were chosen from."""
+
+LATE_SHARE = 0.5
+"""Share of a run, at its end, whose means are compared where the runs have parted."""
+
+BATCHES = 10
+"""Equal parts whose scatter gives the error of a mean."""
+
+MOST_ERRORS = 4.0
+"""Standard errors by which two means may differ: by chance, more come once in three hundred times
+with ten batches each."""
+
+MACHINE = ("processor", "environment", "fingerprint")
+"""What must be the same for the same bytes, besides the release."""
+
+
+@dataclass(frozen=True)
+class Rule:
+    """By how much a quantity may differ on another machine.
+
+    Attributes
+    ----------
+    tolerance
+        Largest difference over the scale.
+    reason
+        Why it is as large as that.
+    scale
+        ``"own"`` for the root mean square of the quantity itself, or the name of an attribute or
+        variable whose root mean square it is.
+    chaotic
+        Whether the quantity parts with strain: then only what comes before `EARLY_STRAIN` is held
+        to the tolerance, and of what comes late only the mean is compared.
+    """
+
+    tolerance: float
+    reason: str
+    scale: str = "own"
+    chaotic: bool = False
+
+
+EXACT = Rule(0.0, "a number, word or flag that no rounding changes")
+ROUNDING = Rule(1e-12, "a few operations on the parameters")
+SUMS = Rule(1e-9, "sums and fits of straight lines over its runs")
+FITTED = Rule(1e-5, "where a search for the least squares stops")
+MINIMISED = Rule(
+    0.25,
+    "minimised by LAMMPS until forces are small, and then moved by noise: 0.02 of a radius apart "
+    "after 10,000 steps, 0.12 after 50,000",
+    scale="mean_radius",
+)
+GROWN = Rule(1e-6, "growth is overdamped: differences grew a hundredfold, to 3e-14", "mean_radius")
+FLOW = Rule(
+    5e-3,
+    "steps are chosen from errors and tethers solved for to a residual, both of which rounding "
+    "moves: 1e-4 of slip velocities, 5e-4 of deviations of areas",
+    chaotic=True,
+)
+POSITION = replace(FLOW, scale="mean_radius")
+NOISE = replace(FLOW, scale="traction", reason="what is left over of the balance of stress")
+
+RULES: Mapping[str, tuple[Rule, Mapping[str, Rule]]] = {
+    "packing": (ROUNDING, {"centre": MINIMISED}),
+    "expansion": (SUMS, {"node_position": GROWN}),
+    "ageing": (
+        FLOW,
+        {"node_position": POSITION, "wall_displacement": POSITION, "reference_area": ROUNDING},
+    ),
+    "shear": (
+        FLOW,
+        {
+            "node_position": POSITION,
+            "stress_deviation": NOISE,
+            **dict.fromkeys(
+                ("time", "interval", "profile_time", "snapshot_time", "wall_distance"), ROUNDING
+            ),
+            **dict.fromkeys(("field_x", "field_y"), ROUNDING),
+        },
+    ),
+    **dict.fromkeys(("flow_curve", "creep", "profiles"), (SUMS, {})),
+    "fits": (FITTED, {}),
+}
+"""For each stage the rule of its quantities, and those with rules of their own."""
+
+EFFORT = ("steps", "evaluations", "rejections")
+"""Attributes that say how much work a run was, which rounding may change."""
+
+MEASURED = {
+    # Of a relative error, which is rounding itself.
+    "largest_area_error": 1e-9,
+    # The tolerance of positions times the paper's mean radius, and over a contact's thickness.
+    "smallest_distance": 1e-8,
+    "smallest_distance_over_contact_length": 1e-4,
+}
+"""Attributes of an expansion that are measured, and by how much each may differ."""
+
+RELEASE = ("source", "product_version")
+"""Attributes that name the release."""
+
+PIXELS = 0.01
+"""Share of a figure's pixels that may differ: another release of the font's renderer shifts
+letters by a part of a pixel."""
+
+CONTRAST = 32
+"""Difference of a colour, of 255, from which a pixel counts as different."""
+
+_SVG_LABELS = re.compile(rb"<dc:description>.*?</dc:description>", re.DOTALL)
+_PDF_LABELS = b"/Subject "
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One quantity of a result, compared.
+
+    Attributes
+    ----------
+    name
+        Of a variable or attribute, with what was compared of it.
+    difference, tolerance
+        Found and allowed, over the quantity's scale.
+    reason
+        Of the tolerance.
+    """
+
+    name: str
+    difference: float
+    tolerance: float
+    reason: str
+
+    @property
+    def fits(self) -> bool:
+        """Whether the difference is allowed."""
+        return self.difference <= self.tolerance
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return it as JSON has it: no difference is larger than that of different things."""
+        finite = self.difference if np.isfinite(self.difference) else None
+        return asdict(self) | {"difference": finite, "fits": self.fits}
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What was found by comparing a result with the same made again.
+
+    Attributes
+    ----------
+    verdict
+        `EQUAL`, `WITHIN` or `DIFFERS`.
+    other
+        What differs about how they were made: keys of `MACHINE`, or "release".
+    quantities
+        Compared where they are not equal, the worst first.
+    """
+
+    verdict: str
+    other: tuple[str, ...]
+    quantities: tuple[Quantity, ...]
+
+
+def compare(recorded: Path, again: Path) -> Comparison:
+    """Compare a result with the same made again.
+
+    Parameters
+    ----------
+    recorded, again
+        Files of the same stage and run, whose digests are looked at again.
+
+    Raises
+    ------
+    DatasetError
+        When one of them is damaged.
+    """
+    products = read_product(recorded), read_product(again)
+    if recorded.suffix == DATASET:
+        first, second = (read_dataset(each.path, stage=each.stage) for each in products)
+        same = first.attrs[CONTENT_DIGEST] == second.attrs[CONTENT_DIGEST]
+        other = _other(products, first.attrs["source"] != second.attrs["source"])
+        found: list[Quantity] = []
+        if not same:
+            found += _attribute_quantities(recorded, again, "release" in other)
+            found += _number_quantities(first, second)
+    else:
+        labels = check_figure(recorded), check_figure(again)
+        # Of a figure that has no pixels the digest is of those that it was drawn with.
+        same = labels[0][CONTENT_DIGEST] == labels[1][CONTENT_DIGEST]
+        same = same and _drawing(recorded) == _drawing(again)
+        other = _other(products, False)
+        found = [] if same else list(_figure_quantities(recorded, again, labels))
+    if same:
+        return Comparison(EQUAL, other, ())
+    ordered = sorted(found, key=lambda each: (each.fits, -each.difference, each.name))
+    allowed = bool(other) and bool(found) and all(each.fits for each in found)
+    return Comparison(WITHIN if allowed else DIFFERS, other, tuple(ordered))
+
+
+def _other(products: tuple[Product, Product], other_release: bool) -> tuple[str, ...]:
+    first, second = (each.provenance for each in products)
+    keys = tuple(key for key in MACHINE if first.get(key) != second.get(key))
+    return (*keys, "release") if other_release else keys
+
+
+def _attribute_quantities(recorded: Path, again: Path, other_release: bool) -> Iterator[Quantity]:
+    """Compare the attributes of two files, as they are there and not as they are in memory."""
+    passing = {*VOLATILE, CONTENT_DIGEST, RECORD_DIGEST, *EFFORT}
+    passing |= set(RELEASE) if other_release else set()
+    options: dict[str, Any] = {"engine": "netcdf4", "decode_cf": False}
+    with xr.open_dataset(recorded, **options) as first, xr.open_dataset(again, **options) as second:
+        for key in MEASURED.keys() & first.attrs.keys() & second.attrs.keys():
+            passing.add(key)
+            apart = abs(float(first.attrs[key]) - float(second.attrs[key]))
+            yield Quantity(f"{key} (attribute)", apart, MEASURED[key], GROWN.reason)
+        yield from _attributes("", first.attrs, second.attrs, passing)
+        for name in sorted(map(str, first.variables.keys() & second.variables.keys())):
+            ours, theirs = first.variables[name], second.variables[name]
+            yield from _attributes(f"{name}.", ours.attrs, theirs.attrs, set())
+
+
+def _number_quantities(first: xr.Dataset, second: xr.Dataset) -> Iterator[Quantity]:
+    """Compare the variables of two datasets of the same run."""
+    for name in sorted(map(str, {*first.variables, *second.variables})):
+        if name not in first.variables or name not in second.variables:
+            yield _different(f"{name} (is in one of them only)")
+            continue
+        ours, theirs = first[name], second[name]
+        if ours.dims != theirs.dims or ours.shape != theirs.shape or _kind(ours) != _kind(theirs):
+            yield _different(f"{name} (its dimensions or type)")
+        elif ours.dtype.kind != "f":
+            yield Quantity(name, _unequal(ours, theirs), EXACT.tolerance, EXACT.reason)
+        else:
+            yield from _numbers(name, first, second)
+
+
+def _kind(variable: xr.DataArray) -> str:
+    return "text" if variable.dtype.kind in "OUT" else variable.dtype.kind
+
+
+def _attributes(
+    prefix: str,
+    first: Mapping[Hashable, Any],
+    second: Mapping[Hashable, Any],
+    passing: set[str],
+) -> Iterator[Quantity]:
+    for key in sorted(map(str, {*first, *second})):
+        if key in passing:
+            continue
+        # As text, in which a fill value that is no number is like itself.
+        ours, theirs = (repr(np.asarray(each.get(key)).tolist()) for each in (first, second))
+        if ours != theirs:
+            yield _different(f"{prefix}{key} (attribute)")
+
+
+def _different(name: str) -> Quantity:
+    return Quantity(name, np.inf, EXACT.tolerance, EXACT.reason)
+
+
+def _unequal(first: xr.DataArray, second: xr.DataArray) -> float:
+    """Return the share of values that differ."""
+    apart = np.asarray(first.values != second.values)
+    return float(apart.mean()) if apart.size else 0.0
+
+
+def _numbers(name: str, first: xr.Dataset, second: xr.Dataset) -> Iterator[Quantity]:
+    """Compare floating-point numbers by the rule of their stage."""
+    usual, own = RULES.get(str(first.attrs["stage"]), (EXACT, {}))
+    rule = own.get(name, usual)
+    ours, theirs = first[name].values, second[name].values
+    early = _early(name, first, second) if rule.chaotic else None
+    part = name if early is None else f"{name} (up to a strain of {EARLY_STRAIN:g})"
+    scale = _scale(rule, name, first)
+    kept = ... if early is None else early
+    yield Quantity(part, _apart(ours[kept], theirs[kept]) / scale, rule.tolerance, rule.reason)
+    if early is not None and not early.all() and first[name].dims[0] in ("time", "profile"):
+        yield _late(name, first, second, rule.tolerance * scale)
+
+
+def _apart(first: FloatArray, second: FloatArray) -> float:
+    """Return the largest difference, infinite where only one is known or they are not finite."""
+    finite = np.isfinite(first)
+    if not np.array_equal(first[~finite], second[~finite], equal_nan=True):
+        return np.inf
+    return float(np.abs(first[finite] - second[finite]).max(initial=0.0))
+
+
+def _scale(rule: Rule, name: str, dataset: xr.Dataset) -> float:
+    """Return what a difference is relative to; 1 where that is nothing."""
+    if rule.scale in dataset.attrs:
+        return float(dataset.attrs[rule.scale])
+    values = dataset[name if rule.scale == "own" else rule.scale].values
+    known = values[np.isfinite(values)]
+    size = float(np.sqrt(np.mean(known**2))) if known.size else 0.0
+    return size or 1.0
+
+
+_TIMES = {"time": "time", "profile": "profile_time", "snapshot": "snapshot_time"}
+"""Dimensions along time, and the variables that say when."""
+
+
+def _early(name: str, first: xr.Dataset, second: xr.Dataset) -> BoolArray | None:
+    """Return which rows of a series are early, None where there is no such dimension."""
+    dims = first[name].dims
+    if "strain" not in first or not dims or dims[0] not in _TIMES:
+        return None
+    moved = np.maximum(
+        *(np.maximum.accumulate(np.abs(each["strain"].values)) for each in (first, second))
+    )
+    parted = first["time"].values[moved > EARLY_STRAIN]
+    times = first[_TIMES[str(dims[0])]].values
+    return np.asarray(times < parted[0] if parted.size else np.full(times.shape, True))
+
+
+def _late(name: str, first: xr.Dataset, second: xr.Dataset, least: float) -> Quantity:
+    """Compare the means of the end of two series, in standard errors of their difference.
+
+    Each mean is over time or, of profiles, also over the heights of the absolute difference. An
+    error is never less than what the early part may differ by.
+    """
+    dim = str(first[name].dims[0])
+    times = first[_TIMES[dim]].values
+    late = times > (1 - LATE_SHARE) * times[-1]
+    width = np.diff(times, prepend=0.0)[late]
+    ours, theirs = (_batches(each[name].values[late], width) for each in (first, second))
+    apart = ours.mean(axis=0) - theirs.mean(axis=0)
+    errors = [each.var(axis=0, ddof=1) / len(each) for each in (ours, theirs) if len(each) > 1]
+    error = np.sqrt(np.sum(errors, axis=0) + least**2)
+    known = np.isfinite(apart)
+    if not known.any():
+        return Quantity(name, 0.0, MOST_ERRORS, "unknown in both")
+    ratio = np.sqrt(
+        np.sum(apart[known] ** 2) / np.sum(np.broadcast_to(error, apart.shape)[known] ** 2)
+    )
+    reason = "standard errors of the means' difference, from the scatter of ten parts of the series"
+    return Quantity(f"{name} (mean of the second half)", float(ratio), MOST_ERRORS, reason)
+
+
+def _batches(values: FloatArray, width: FloatArray) -> FloatArray:
+    """Return the means of up to `BATCHES` stretches of a series, weighted by their intervals."""
+    parts = np.array_split(np.arange(len(values)), min(BATCHES, len(values)))
+    return np.array([np.average(values[part], axis=0, weights=width[part]) for part in parts])
+
+
+def _figure_quantities(
+    recorded: Path, again: Path, labels: tuple[dict[str, Any], dict[str, Any]]
+) -> Iterator[Quantity]:
+    """Compare the labels and what can be seen of two figures."""
+    passing = (*VOLATILE, CONTENT_DIGEST, RECORD_DIGEST)
+    first, second = labels
+    for key in sorted({*first, *second} - set(passing)):
+        if first.get(key) != second.get(key):
+            yield _different(f"{key} (label)")
+    if recorded.suffix == ".png":
+        yield _pixels(recorded, again)
+    elif _drawing(recorded) != _drawing(again):
+        yield _different("drawing")
+
+
+def _pixels(recorded: Path, again: Path) -> Quantity:
+    images = []
+    for path in (recorded, again):
+        with Image.open(path) as image:
+            images.append(np.asarray(image.convert("RGBA"), dtype=np.int16))
+    ours, theirs = images
+    if ours.shape != theirs.shape:
+        return _different("size")
+    share = float((np.abs(ours - theirs).max(axis=-1) >= CONTRAST).mean())
+    return Quantity("pixels", share, PIXELS, "letters drawn by another release of their renderer")
+
+
+def _drawing(path: Path) -> bytes:
+    """Return what a drawing is without its labels; nothing of one that is made of pixels."""
+    content = path.read_bytes()
+    if path.suffix == ".svg":
+        return _SVG_LABELS.sub(b"", content)
+    # The labels are in the last object; after it only come the places of all objects.
+    return content.rpartition(_PDF_LABELS)[0] if path.suffix == ".pdf" else b""

@@ -1,0 +1,282 @@
+"""Results made again by their own commands, in a folder of their own, and compared.
+
+What a command needs is what the result says it was made from: the runs' parents, and of a table
+exactly the runs that it has, linked into the folder. Nothing is written where results are.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from softslip.config.scenario import FOLDER as SCENARIOS
+from softslip.errors import CheckpointError, DatasetError
+from softslip.files.layout import CHECKPOINTS
+from softslip.files.products import FITS, TABLES
+from softslip.files.stamps import FIGURE
+from softslip.messages import file_text
+from softslip.provenance.fingerprints import fingerprint
+from softslip.provenance.lineage import Archive, Product
+from softslip.provenance.verification.comparison import DIFFERS, Comparison, Quantity, compare
+from softslip.provenance.verification.survey import Verdict, Verification
+from softslip.simulation.checkpoint import SUFFIX, read_header
+
+WHOLE, STRETCH = "whole", "last stretch"
+"""How much of a result is made again."""
+
+KEPT = ("ageing", "shear")
+"""Stages with threads and checkpoints."""
+
+FAILED = "failed"
+"""Verdict on what could not be made again."""
+
+Runner = Callable[[Sequence[str], Path], str]
+"""Runs a command of the product in a folder; returns what it said if it failed, else nothing."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """Something that is to be made again.
+
+    Attributes
+    ----------
+    name
+        Of its file, below the folder of results.
+    product
+        What it is.
+    checkpoint
+        What its last stretch begins with, None where it is made as a whole.
+    seconds
+        How long that will take, from the time that it took before [s].
+    """
+
+    name: str
+    product: Product
+    checkpoint: Path | None
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of making something again.
+
+    Attributes
+    ----------
+    task
+        What it was.
+    verdict
+        That of the comparison, or `FAILED`.
+    problem
+        What is wrong, in one sentence that names the file; empty if nothing is.
+    comparison
+        None if there was nothing to compare.
+    """
+
+    task: Task
+    verdict: str
+    problem: str
+    comparison: Comparison | None
+
+    @property
+    def how(self) -> str:
+        """`WHOLE` or `STRETCH`."""
+        return WHOLE if self.task.checkpoint is None else STRETCH
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return it as JSON has it."""
+        found = self.comparison
+        return {
+            "file": self.task.name,
+            "executed": self.how,
+            "verdict": self.verdict,
+            "problem": self.problem,
+            "made_differently": list(found.other) if found else [],
+            "quantities": [each.as_mapping() for each in found.quantities] if found else [],
+        }
+
+
+def tasks(verification: Verification, stretch: bool = False) -> tuple[Task, ...]:
+    """Return what can be made again, in the order of the chain.
+
+    These are the scenario's products whose files are sound, and so are all their parents'.
+
+    Parameters
+    ----------
+    verification
+        Of the results.
+    stretch
+        Whether of runs that have left a checkpoint only the last stretch is made.
+    """
+    unsound = {each.evidence.path for each in verification.verdicts if not each.sound}
+    archive = Archive(verification.folder)
+    return tuple(
+        _task(verification.folder, verdict.name, verdict.product, stretch)
+        for verdict in verification.verdicts
+        if verdict.product is not None and _is_feasible(verdict, verdict.product, archive, unsound)
+    )
+
+
+def _is_feasible(verdict: Verdict, product: Product, archive: Archive, unsound: set[Path]) -> bool:
+    if not verdict.sound or verdict.foreign:
+        return False
+    places = [archive.place(parent) for parent in product.parents]
+    return all(place.exists() and place not in unsound for place in places)
+
+
+def _task(folder: Path, name: str, product: Product, stretch: bool) -> Task:
+    told = product.provenance
+    seconds = float(told["core_seconds"]) / max(int(told["threads"]), 1)
+    found = _checkpoint(folder, product) if stretch else None
+    if found is None:
+        return Task(name, product, None, seconds)
+    path, share = found
+    return Task(name, product, path, seconds * share)
+
+
+def _checkpoint(folder: Path, product: Product) -> tuple[Path, float] | None:
+    """Return a checkpoint that a run has left for this code, and the share of it that is left."""
+    if product.stage not in KEPT:
+        return None
+    path = (
+        folder / product.stage / CHECKPOINTS / f"{product.run}.{fingerprint(product.stage)}{SUFFIX}"
+    )
+    try:
+        header = read_header(path)
+    except CheckpointError:
+        return None
+    if header.identity.parent != product.parents[0].content:
+        return None
+    return path, 1 - min(header.time / header.end, 1.0) if header.end > 0 else 0.0
+
+
+def chosen(possible: Sequence[Task], count: int, seed: int) -> tuple[Task, ...]:
+    """Choose some tasks at random, a function of the seed, and keep their order.
+
+    Parameters
+    ----------
+    possible
+        To choose from.
+    count
+        How many, at most.
+    seed
+        Whole number from 0 on.
+    """
+    generator = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=tuple(b"verify")))
+    places = generator.permutation(len(possible))[:count]
+    return tuple(possible[place] for place in sorted(places.tolist()))
+
+
+def run_command(words: Sequence[str], folder: Path) -> str:
+    """Run a command of the product in a process of its own.
+
+    Parameters
+    ----------
+    words
+        Of the command, after the name of the program.
+    folder
+        Where it works.
+
+    Returns
+    -------
+    str
+        Nothing if it ended well, else the last line that it said.
+    """
+    # As the workflow does: sums that BLAS splits over threads would depend on how many there are.
+    settings = os.environ | {"OPENBLAS_NUM_THREADS": "1"}
+    command = [sys.executable, "-m", "softslip", *words]
+    ended = subprocess.run(command, cwd=folder, env=settings, capture_output=True, text=True)
+    if ended.returncode == 0:
+        return ""
+    said = ended.stderr.strip().splitlines()
+    return said[-1] if said else f"exit status {ended.returncode}"
+
+
+def reexecute(
+    chosen_tasks: Iterable[Task], source: str, folder: Path, runner: Runner = run_command
+) -> Iterator[Outcome]:
+    """Make results again, one after the other, and yield what came of each.
+
+    Parameters
+    ----------
+    chosen_tasks
+        What to make, of one scenario.
+    source
+        Name or path of the scenario, as `config.scenario.load_scenario` takes it.
+    folder
+        Where the scenario's results are.
+    runner
+        Runs the commands.
+    """
+    path = Path(source) if source.endswith(".yaml") else SCENARIOS / f"{source}.yaml"
+    for task in chosen_tasks:
+        with tempfile.TemporaryDirectory(prefix="softslip-verify-") as work:
+            yield _outcome(task, path.absolute(), folder.absolute(), Path(work).resolve(), runner)
+
+
+def _outcome(task: Task, scenario: Path, results: Path, work: Path, runner: Runner) -> Outcome:
+    product, name = task.product, file_text(task.product.path)
+    output = work / "results" / task.name
+    output.parent.mkdir(parents=True)
+    words = _command(task, scenario, results, work, output)
+    if task.checkpoint is not None:
+        kept = output.parent / CHECKPOINTS
+        kept.mkdir()
+        shutil.copyfile(task.checkpoint, kept / task.checkpoint.name)
+    said = runner(words, work)
+    if said:
+        return Outcome(task, FAILED, f"{name}: could not be made again: {said}", None)
+    try:
+        found = compare(product.path, output)
+    except DatasetError as error:
+        return Outcome(task, FAILED, f"{name}: could not be compared: {error}", None)
+    problem = f"{name}: {_difference(found, product)}" if found.verdict == DIFFERS else ""
+    return Outcome(task, found.verdict, problem, found)
+
+
+def _command(task: Task, scenario: Path, results: Path, work: Path, output: Path) -> list[str]:
+    """Return the command that makes a product, and link what it reads."""
+    product, archive = task.product, Archive(results)
+    parents = [str(archive.place(parent)) for parent in product.parents]
+    end = ["--output", str(output)]
+    if product.stage in TABLES:
+        linked = work / "parents"
+        (linked / "shear").mkdir(parents=True)
+        for parent in parents:
+            (linked / "shear" / Path(parent).name).symlink_to(parent)
+        return ["gather", product.stage, str(scenario), "--results", str(linked), *end]
+    if product.stage == FITS:
+        return ["fit", *parents, *end]
+    if product.stage == FIGURE:
+        return ["draw", product.title, *parents, *end]
+    words = [product.stage, str(scenario), product.run, *end]
+    if parents:
+        words += ["--parent", *parents]
+    if product.stage in KEPT:
+        words += ["--threads", str(product.provenance["threads"])]
+    return [*words, "--resume"] if task.checkpoint is not None else words
+
+
+def _difference(found: Comparison, product: Product) -> str:
+    """Return in words what differs."""
+    worst = [each for each in found.quantities if not each.fits] or list(found.quantities)
+    named = ", ".join(_in_words(each) for each in worst[:3])
+    more = f" and {len(worst) - 3} more" if len(worst) > 3 else ""
+    how = (
+        f"it was made with another {', '.join(found.other)}"
+        if found.other
+        else ("it was made by the same code and software on the same kind of processor")
+    )
+    return f"does not come out again: {named or 'its bytes'}{more}; {how}"
+
+
+def _in_words(quantity: Quantity) -> str:
+    if not np.isfinite(quantity.difference):
+        return quantity.name
+    return f"{quantity.name} by {quantity.difference:.2g}, allowed {quantity.tolerance:.2g}"

@@ -1,0 +1,175 @@
+"""The stages with hydrodynamics: ageing at zero stress, then shear (Sec. II B)."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from softslip.config.parameters import Parameters
+from softslip.simulation.assembly import assemble, layout_of, mean_flow
+from softslip.simulation.record import Observer, Recorder, described
+from softslip.simulation.trajectory import Advanced, Effort, Progress, Visit, advance
+from softslip.solver.geometry import FloatArray, Layout
+from softslip.solver.state import State
+from softslip.solver.suspension import Suspension
+
+if TYPE_CHECKING:
+    # How runs are kept is no part of the code whose change makes them run again.
+    from softslip.simulation.keeper import Keeper, Kept
+
+
+def _ignore(*_: object) -> None:
+    """Show nothing."""
+
+
+def age(
+    expansion: xr.Dataset,
+    parameters: Parameters,
+    progress: Progress = _ignore,
+    threads: int = 1,
+    keeper: "Keeper | None" = None,
+) -> xr.Dataset:
+    """Relax an expanded packing at zero stress for t_w, with hydrodynamics.
+
+    Parameters
+    ----------
+    expansion
+        Result of `simulation.expansion.expand`.
+    parameters
+        Of the run.
+    progress
+        See `Progress`.
+    threads
+        See `assemble`.
+    keeper
+        Keeps the stage from time to time, and knows where it was broken off.
+
+    Returns
+    -------
+    xarray.Dataset
+        The aged state (``node_position``, ``tether``, ``wall_displacement``,
+        ``nodes_per_particle``, ``reference_area``) and how far it has come to rest
+        (``shear_rate_wall``, ``area_deviation``, ``film_thickness``).
+
+    Raises
+    ------
+    NumericalError
+        When the packing cannot be relaxed at this time step.
+    """
+    packing = expansion.rename(area="reference_area")
+    layout = layout_of(packing, parameters)
+    suspension = assemble(parameters, layout, stress=0.0, threads=threads)
+    start = State.at_rest(expansion["node_position"].values, layout)
+    aged = _follow(suspension, start, _ends(parameters), parameters, _ignore, progress, keeper, {})
+    observer = Observer(parameters, layout, mean_flow(parameters))
+    last = observer.measure(aged.state, aged.evaluation)
+    state = aged.state
+    return described(
+        xr.Dataset(
+            {
+                "node_position": (("node", "axis"), state.node_position),
+                "tether": (("wall", "wall_node", "axis"), state.tether),
+                "wall_displacement": ("wall", state.wall_displacement),
+                "nodes_per_particle": packing["nodes_per_particle"],
+                "reference_area": packing["reference_area"],
+                **{name: ((), last[name]) for name in RESTING},
+            },
+            attrs=aged.counts,
+        )
+    )
+
+
+def _follow(
+    suspension: Suspension,
+    start: State,
+    stops: FloatArray,
+    parameters: Parameters,
+    visit: Visit,
+    progress: Progress,
+    keeper: "Keeper | None",
+    kept: Mapping[str, "Kept"],
+) -> Advanced:
+    """Advance a state from the start of a stage, or from where it was broken off."""
+    if keeper is None:
+        return advance(suspension, suspension.load(start), stops, parameters, visit, progress)
+    found = keeper.resume(start, kept)
+    state, past = found or (suspension.load(start), None)
+    end = float(stops[-1]) if len(stops) else state.time
+
+    def keep(state: State, effort: Effort) -> None:
+        keeper.offer(state, effort, end, kept)
+
+    return advance(suspension, state, stops, parameters, visit, progress, keep, past)
+
+
+def _ends(parameters: Parameters) -> FloatArray:
+    """Return the time at which ageing ends, none where there is no ageing, shape (1,) or (0,)."""
+    stepping = parameters.time_stepping
+    steps = round(stepping.ageing_time / stepping.step)
+    return np.array([steps * stepping.step] if steps else [])
+
+
+RESTING = ("shear_rate_wall", "area_deviation", "film_thickness")
+"""Observables that say how far an aged packing has come to rest."""
+
+
+def _aged_state(ageing: xr.Dataset, layout: Layout) -> State:
+    """Return the state at the end of ageing as the start of a new stage."""
+    state = State.at_rest(ageing["node_position"].values, layout)
+    state.tether[:] = ageing["tether"].values
+    state.wall_displacement[:] = ageing["wall_displacement"].values
+    return state
+
+
+def shear(
+    ageing: xr.Dataset,
+    parameters: Parameters,
+    progress: Progress = _ignore,
+    threads: int = 1,
+    keeper: "Keeper | None" = None,
+) -> xr.Dataset:
+    """Shear an aged packing under constant stress or constant apparent shear rate.
+
+    Parameters
+    ----------
+    ageing
+        Result of `age`.
+    parameters
+        Of the run.
+    progress
+        See `Progress`.
+    threads
+        See `assemble`.
+    keeper
+        As for `age`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Interval means of the observables, velocity profiles and snapshots.
+
+    Raises
+    ------
+    NumericalError
+        When the run leaves the range in which its numbers mean anything.
+    """
+    layout = layout_of(ageing, parameters)
+    rheometer = parameters.rheometer
+    suspension = assemble(
+        parameters,
+        layout,
+        stress=rheometer.stress,
+        shear_rate=rheometer.shear_rate,
+        threads=threads,
+    )
+    steps = round(parameters.time_stepping.shear_time / parameters.time_stepping.step)
+    observer = Observer(parameters, layout, mean_flow(parameters))
+    recorder = Recorder(parameters, steps, suspension, observer, parameters.recording.snapshots)
+    start, kept = _aged_state(ageing, layout), {"recorder": recorder}
+    sheared = _follow(
+        suspension, start, recorder.stops, parameters, recorder.visit, progress, keeper, kept
+    )
+    return described(
+        recorder.dataset().assign(nodes_per_particle=ageing["nodes_per_particle"])
+    ).assign_attrs(wall_nodes=layout.wall_nodes, particles=layout.particles, **sheared.counts)

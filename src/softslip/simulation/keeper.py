@@ -1,0 +1,116 @@
+"""When a stage that runs long is kept, and how it goes on."""
+
+import time
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Protocol
+
+from softslip.errors import CheckpointError, Interrupted
+from softslip.simulation.arrays import Arrays, below, under
+from softslip.simulation.checkpoint import Checkpoints, state_arrays, state_from
+from softslip.simulation.interruption import Interruption
+from softslip.simulation.trajectory import Effort
+from softslip.solver.state import State
+
+INTERVAL = 60.0
+"""Seconds between two checkpoints."""
+
+
+class Kept(Protocol):
+    """Something besides the state that a stage needs to go on."""
+
+    def memory(self) -> Arrays:
+        """Return all it knows, as arrays by name."""
+        ...
+
+    def restore(self, memory: Arrays) -> None:
+        """Go on from a `memory`."""
+        ...
+
+
+class Keeper:
+    """Writes checkpoints of a stage from time to time, and when a signal asks it to stop.
+
+    Parameters
+    ----------
+    checkpoints
+        Of the run.
+    interruption
+        Looked at before each step.
+    interval
+        Seconds from one checkpoint to the next.
+    """
+
+    def __init__(
+        self,
+        checkpoints: Checkpoints,
+        interruption: Interruption,
+        interval: float = INTERVAL,
+    ) -> None:
+        self._checkpoints, self._interruption = checkpoints, interruption
+        self._interval, self._last = interval, time.monotonic()
+
+    def resume(self, like: State, others: Mapping[str, Kept]) -> tuple[State, Effort] | None:
+        """Return where a stage was broken off, None where it begins.
+
+        Parameters
+        ----------
+        like
+            A state of the run, for its number of nodes.
+        others
+            What else goes on from the checkpoint, by name.
+
+        Raises
+        ------
+        CheckpointError
+            When a checkpoint is of another run.
+        """
+        arrays = self._checkpoints.load()
+        if arrays is None:
+            return None
+        state = state_from(below(arrays, "state"), like)
+        effort = below(arrays, "effort")
+        try:
+            for name, other in others.items():
+                other.restore(below(arrays, name))
+            counts = int(effort["evaluations"]), int(effort["rejections"])
+            recent = tuple(int(count) for count in effort["recent"])
+        except (KeyError, ValueError, IndexError) as error:
+            raise CheckpointError(
+                f"{self._checkpoints.newest}: does not fit this run ({error}); "
+                "remove the file to begin again"
+            ) from error
+        return state, Effort(*counts, recent)
+
+    def offer(self, state: State, effort: Effort, end: float, others: Mapping[str, Kept]) -> None:
+        """Write a checkpoint if it is time, and stop if a signal has come.
+
+        Parameters
+        ----------
+        state, effort
+            Where the stage is.
+        end
+            Time at which it ends [time unit].
+        others
+            See `resume`.
+
+        Raises
+        ------
+        Interrupted
+            After a signal, with the checkpoint written.
+        StorageError
+            When it cannot be written.
+        """
+        now = time.monotonic()
+        if not self._interruption.name and now - self._last < self._interval:
+            return
+        arrays = under("state", state_arrays(state)) | under("effort", asdict(effort))
+        for name, other in others.items():
+            arrays |= under(name, other.memory())
+        self._checkpoints.save(arrays, state, end)
+        self._last = now
+        if self._interruption.name:
+            raise Interrupted(
+                f"stopped by {self._interruption.name} at t = {state.time:g} of {end:g}; "
+                "a checkpoint is written, from which the same command goes on"
+            )

@@ -1,0 +1,359 @@
+"""What a run writes down: interval means of the observables, profiles and snapshots (Sec. III)."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+
+from softslip.config.parameters import Parameters
+from softslip.simulation.arrays import below, under
+from softslip.solver.chains import Subdivision
+from softslip.solver.geometry import LOWER, UPPER, BoolArray, FloatArray, IntArray, Layout
+from softslip.solver.membrane import membrane_areas
+from softslip.solver.mobility.profile import MeanFlow
+from softslip.solver.state import State
+from softslip.solver.suspension import Evaluation, Suspension
+
+WALL_CLEARANCE = 4
+"""Mesh lines from a wall at which its regularised force no longer reaches the stress profile."""
+
+PROFILE_SPACING = 2.0
+"""Largest distance between the points whose forces make the mean velocity profile [mesh size].
+The lumps of nodes 6 apart give it a zigzag, at a stress of 0.02 of 1.5 % (rms) of the wall speed;
+points 2 apart leave what closer ones do."""
+
+Sample = dict[str, FloatArray]
+"""Observables of one instant by their dataset names."""
+
+
+def interval_edges(steps: int, per_decade: int, longest: int) -> IntArray:
+    """Return the steps at which record intervals end, from 0 to ``steps``.
+
+    The ends grow geometrically, ``per_decade`` to a decade, until intervals reach ``longest``
+    steps, and are equally spaced from there on.
+    """
+    edges = [0]
+    while edges[-1] < steps:
+        geometric = int(np.ceil(edges[-1] * 10 ** (1 / per_decade)))
+        width = min(max(geometric - edges[-1], 1), longest)
+        edges.append(min(edges[-1] + width, steps))
+    return np.array(edges, dtype=np.int64)
+
+
+def _points_per_node(parameters: Parameters) -> int:
+    """Return into how many points the force of a node is divided for the mean velocity profile.
+
+    The paper's mesh scheme moves nodes with the flow of the very lumps of force that they are, so
+    that its profile has them too. The corrected quadrature takes the flow of membranes instead.
+    """
+    hydrodynamics = parameters.hydrodynamics
+    if hydrodynamics.quadrature == "plain":
+        return 1
+    return math.ceil(hydrodynamics.node_spacing / PROFILE_SPACING)
+
+
+class Observer:
+    """Measures one evaluation: wall speeds, bulk shear rate, slip, stress, areas and films.
+
+    Parameters
+    ----------
+    parameters, layout
+        Of the run.
+    flow
+        Its x-averaged flow.
+    """
+
+    def __init__(self, parameters: Parameters, layout: Layout, flow: MeanFlow) -> None:
+        self._layout = layout
+        self._flow = flow
+        self._order = parameters.membrane.order
+        self._subdivision = Subdivision(
+            layout, parameters.channel.length, _points_per_node(parameters)
+        )
+        self._height = height = parameters.channel.height
+        inside = flow.heights <= height * (1 + 1e-12)
+        self.heights = flow.heights[inside]
+        bump = float(layout.wall_reference[LOWER, :, 1].max(initial=0.0))
+        clear = bump + WALL_CLEARANCE * flow.mesh_size
+        between = flow.heights + 0.5 * flow.mesh_size
+        self._clear = (between > clear) & (between < height - clear)
+        margin = parameters.recording.bulk_margin
+        self._bulk: BoolArray | None = None
+        if margin is not None:
+            edge = margin * parameters.suspension.mean_radius
+            self._bulk = (self.heights >= edge) & (self.heights <= height - edge)
+
+    def measure(self, state: State, evaluation: Evaluation) -> Sample:
+        """Return every observable of one instant by its dataset name."""
+        flow = self._flow
+        heights = np.ascontiguousarray(self._subdivision.points(evaluation.positions)[:, 1])
+        velocity = flow.velocity(self._force_density(heights, evaluation.forces))
+        carried = self._carried_stress(heights, evaluation)
+        stress = (flow.viscous_stress(velocity) + carried)[self._clear]
+        profile = velocity[: self.heights.size]
+        areas = membrane_areas(state.node_position, self._layout.offsets, self._order)
+        drift = np.abs(areas / self._layout.reference_area - 1)
+        walls = evaluation.wall_velocity
+        apart = state.wall_displacement[UPPER] - state.wall_displacement[LOWER]
+        film = evaluation.film_thickness
+        values = {
+            "wall_velocity": walls,
+            "shear_rate_wall": np.asarray((walls[UPPER] - walls[LOWER]) / self._height),
+            "traction": np.asarray(evaluation.traction),
+            "stress": np.asarray(evaluation.stress),
+            "stress_deviation": np.abs(stress - evaluation.stress).max(initial=0.0),
+            "area_deviation": drift.max(initial=0.0),
+            "film_thickness": np.asarray(film if np.isfinite(film) else np.nan),
+            "strain": np.asarray(apart / self._height),
+            "velocity_profile": profile,
+        }
+        if self._bulk is not None:
+            values |= self._bulk_flow(profile, walls)
+        return values
+
+    def _force_density(self, heights: FloatArray, forces: FloatArray) -> FloatArray:
+        """Return the x-averaged force density of forces on the nodes, on the mesh lines."""
+        shares = np.ascontiguousarray(self._subdivision.shares(forces)[:, 0])
+        return self._flow.force_density(heights, shares)
+
+    def _carried_stress(self, heights: FloatArray, evaluation: Evaluation) -> FloatArray | float:
+        """Return the stress that bodies carry across each height; without particles, nothing."""
+        if not self._layout.particles:
+            return 0.0
+        return self._flow.carried_stress(self._force_density(heights, evaluation.body_forces))
+
+    def _bulk_flow(self, profile: FloatArray, walls: FloatArray) -> Sample:
+        """Fit a line to the profile between the margins; its wall intercepts give the slip."""
+        slope, intercept = np.polyfit(self.heights[self._bulk], profile[self._bulk], 1)
+        slip = np.array([intercept - walls[LOWER], walls[UPPER] - intercept - slope * self._height])
+        return {
+            "shear_rate_bulk": np.asarray(slope),
+            "slip_velocity_wall": slip,
+            "slip_velocity": slip.mean(),
+        }
+
+
+def _rows(memory: Sample, name: str, most: int) -> list[Sample]:
+    """Return the rows of a table that was stored by columns."""
+    columns = below(memory, name)
+    count = int(columns.pop("count"))
+    if not 0 <= count <= most or any(len(column) != count for column in columns.values()):
+        raise ValueError(f"{name} has rows of {count} of {most}, or columns of other lengths")
+    return [
+        {key: np.asarray(column[row]) for key, column in columns.items()} for row in range(count)
+    ]
+
+
+class _Mean:
+    """Time average of samples since the last `take`, by the trapezoidal rule."""
+
+    def __init__(self) -> None:
+        self._start = self._time = 0.0
+        self._last: Sample = {}
+        self._integral: Sample = {}
+
+    def add(self, time: float, sample: Sample) -> None:
+        if self._last:
+            half = 0.5 * (time - self._time)
+            for name, value in sample.items():
+                area = half * (self._last[name] + value)
+                self._integral[name] = self._integral.get(name, 0.0) + area
+        self._time, self._last = time, sample
+
+    def memory(self) -> Sample:
+        """Return all that the average knows, as arrays by name."""
+        times = {"times": np.array([self._start, self._time])}
+        return times | under("last", self._last) | under("integral", self._integral)
+
+    def restore(self, memory: Sample) -> None:
+        """Go on from a `memory`."""
+        self._start, self._time = (float(time) for time in memory["times"])
+        self._last, self._integral = below(memory, "last"), below(memory, "integral")
+
+    def take(self) -> Sample:
+        width = self._time - self._start
+        means = {name: area / width for name, area in self._integral.items()}
+        self._start, self._integral = self._time, {}
+        return means
+
+
+ATTRIBUTES: dict[str, tuple[str, str]] = {
+    "time": ("time unit", "time since the stage began, at the end of the record's interval"),
+    "interval": ("time unit", "length of the interval that a record is the mean of"),
+    "wall_velocity": ("length unit / time unit", "velocity of each wall along x"),
+    "shear_rate_wall": ("1 / time unit", "apparent shear rate, relative wall speed over H"),
+    "shear_rate_bulk": ("1 / time unit", "true shear rate, slope of the mean velocity profile"),
+    "slip_velocity": ("length unit / time unit", "slip velocity, mean of both walls"),
+    "slip_velocity_wall": ("length unit / time unit", "slip velocity at each wall"),
+    "traction": ("stress unit", "mean traction on the upper wall"),
+    "stress": ("stress unit", "shear stress that the packing carries"),
+    "stress_deviation": ("stress unit", "largest deviation of the x-averaged stress in the gap"),
+    "area_deviation": ("1", "largest relative change of any particle's area"),
+    "film_thickness": ("length unit", "smallest distance between nodes of two bodies"),
+    "strain": ("1", "relative wall displacement over H since ageing began"),
+    "velocity_profile": ("length unit / time unit", "x-averaged velocity along x"),
+    "wall_distance": ("length unit", "height above the flat part of the lower wall"),
+    "profile_time": ("time unit", "end of the interval that a profile is the mean of"),
+    "snapshot_time": ("time unit", "time of the snapshot since the stage began"),
+    "node_position": (
+        "length unit",
+        "node positions, particle by particle and then, if given, the walls'",
+    ),
+    "tether": ("stress unit", "tractions that hold the wall nodes"),
+    "wall_displacement": ("length unit", "displacement of each wall along x since ageing began"),
+    "reference_area": ("length unit squared", "area that each particle keeps"),
+    "velocity": ("length unit / time unit", "fluid velocity"),
+    "field_x": ("length unit", "position along the flow"),
+    "field_y": ("length unit", "height above the flat part of the lower wall"),
+    "nodes_per_particle": ("1", "number of nodes of each membrane"),
+}
+"""Units and long name of every variable that a run writes."""
+
+
+def described(dataset: xr.Dataset) -> xr.Dataset:
+    """Return the dataset with units and long names from `ATTRIBUTES` on its variables."""
+    for name, variable in dataset.variables.items():
+        if str(name) in ATTRIBUTES:
+            units, long_name = ATTRIBUTES[str(name)]
+            variable.attrs.update(units=units, long_name=long_name)
+    return dataset
+
+
+class Recorder:
+    """Collects interval means, profiles and snapshots of one stage.
+
+    Parameters
+    ----------
+    parameters
+        Of the run.
+    steps
+        Number of steps of the stage.
+    suspension
+        Evaluates the velocity fields of snapshots.
+    observer
+        Measures the samples.
+    snapshots
+        Times of the snapshots [time unit].
+    """
+
+    def __init__(
+        self,
+        parameters: Parameters,
+        steps: int,
+        suspension: Suspension,
+        observer: Observer,
+        snapshots: Sequence[float] = (),
+    ) -> None:
+        recording, unit = parameters.recording, parameters.time_stepping.step
+        longest = max(round(recording.longest_interval / unit), 1)
+        edges = interval_edges(steps, recording.samples_per_decade, longest)
+        shares = np.linspace(0, steps, min(recording.profiles, steps) + 1)
+        profile_edges = np.ceil(shares).astype(np.int64)
+        shots = np.minimum(np.round(np.asarray(snapshots) / unit).astype(np.int64), steps)
+        self._edges, self._profile_edges = edges * unit, profile_edges * unit
+        self._snapshot_times = set((shots * unit).tolist())
+        stops = np.union1d(np.union1d(edges, profile_edges), shots)
+        self.stops: FloatArray = stops[stops > 0] * unit
+        self._stride = recording.stride
+        self._spacing = recording.field_spacing * parameters.suspension.mean_radius
+        self._suspension = suspension
+        self._observer = observer
+        self._mean, self._profile = _Mean(), _Mean()
+        self._records: list[Sample] = []
+        self._profiles: list[FloatArray] = []
+        self._snapshots: list[Sample] = []
+
+    def visit(self, state: State, evaluation: Evaluation) -> None:
+        """Take note of a state; call with every state of the stage in order."""
+        time = state.time
+        record_ends = time in self._edges[len(self._records) + 1 :][:1]
+        profile_ends = time in self._profile_edges[len(self._profiles) + 1 :][:1]
+        if state.step % self._stride == 0 or record_ends or profile_ends:
+            values = self._observer.measure(state, evaluation)
+            self._profile.add(time, {"velocity_profile": values.pop("velocity_profile")})
+            self._mean.add(time, values)
+        if record_ends:
+            self._records.append(self._mean.take())
+        if profile_ends:
+            self._profiles.append(self._profile.take()["velocity_profile"])
+        if time in self._snapshot_times:
+            self._snapshots.append(self._snapshot(state, evaluation))
+
+    def memory(self) -> Sample:
+        """Return all that was recorded so far, as arrays by name, for `restore`."""
+        found: Sample = {}
+        for name, rows in (("record", self._records), ("snapshot", self._snapshots)):
+            columns = {key: np.array([row[key] for row in rows]) for key in (rows[:1] or [{}])[0]}
+            found |= under(name, columns | {"count": np.asarray(len(rows))})
+        if self._profiles:
+            found["profiles"] = np.array(self._profiles)
+        return found | under("mean", self._mean.memory()) | under("profile", self._profile.memory())
+
+    def restore(self, memory: Sample) -> None:
+        """Go on from what `memory` returned; snapshots and records come back bit for bit.
+
+        Raises
+        ------
+        KeyError, ValueError
+            When that is not the memory of this stage.
+        """
+        self._records = _rows(memory, "record", self._edges.size - 1)
+        self._snapshots = _rows(memory, "snapshot", len(self._snapshot_times))
+        profiles = memory.get("profiles", np.empty((0, self._observer.heights.size)))
+        if profiles.ndim != 2 or profiles.shape[1] != self._observer.heights.size:
+            raise ValueError(f"profiles has shape {profiles.shape}")
+        self._profiles = list(profiles)
+        self._mean.restore(below(memory, "mean"))
+        self._profile.restore(below(memory, "profile"))
+
+    def _snapshot(self, state: State, evaluation: Evaluation) -> Sample:
+        box = self._suspension.box
+        field_x, field_y = (
+            (np.arange(count) + 0.5) * (size / count)
+            for size in (box.length, box.height)
+            for count in [max(round(size / self._spacing), 1)]
+        )
+        points = np.stack(np.meshgrid(field_x, field_y), axis=-1)
+        velocity = self._suspension.velocities_at(points.reshape(-1, 2), evaluation)
+        return {
+            "snapshot_time": np.asarray(state.time),
+            "node_position": evaluation.positions,
+            "velocity": velocity.reshape(points.shape),
+            "field_x": field_x,
+            "field_y": field_y,
+        }
+
+    def dataset(self) -> xr.Dataset:
+        """Return everything recorded so far, with units and long names."""
+        count = len(self._records)
+        ends, starts = self._edges[1 : count + 1], self._edges[:count]
+        dataset = xr.Dataset(
+            coords={
+                "time": ("time", ends),
+                "wall": ("wall", ["lower", "upper"], {"long_name": "wall of the channel"}),
+                "wall_distance": ("wall_distance", self._observer.heights),
+                "profile_time": ("profile", self._profile_edges[1 : len(self._profiles) + 1]),
+            }
+        )
+        dataset["interval"] = ("time", ends - starts)
+        for name, value in (self._records[0] if count else {}).items():
+            dims = ("time", "wall") if value.shape else ("time",)
+            dataset[name] = (dims, np.array([record[name] for record in self._records]))
+        dataset["velocity_profile"] = (("profile", "wall_distance"), np.array(self._profiles))
+        return described(self._with_snapshots(dataset))
+
+    def _with_snapshots(self, dataset: xr.Dataset) -> xr.Dataset:
+        if not self._snapshots:
+            return dataset
+        dims = {
+            "snapshot_time": ("snapshot",),
+            "node_position": ("snapshot", "node", "axis"),
+            "velocity": ("snapshot", "field_y", "field_x", "axis"),
+        }
+        for name, axes in dims.items():
+            dataset[name] = (axes, np.array([shot[name] for shot in self._snapshots]))
+        for name in ("field_x", "field_y"):
+            dataset = dataset.assign_coords({name: (name, self._snapshots[0][name])})
+        words = {"long_name": "component of a vector"}
+        return dataset.assign_coords(axis=("axis", ["x", "y"], words))

@@ -1,0 +1,178 @@
+"""The contact points of all bodies: where they are, what touches, and how fast films close."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from softslip.solver import steric
+from softslip.solver.chains import carry_back, lagrange_weights, period_jumps, refine
+from softslip.solver.geometry import BoolArray, FloatArray, IndexArray, IntArray, Layout
+from softslip.solver.neighbours import ContactList, PairSource, Refinement
+
+
+@dataclass(frozen=True)
+class ContactLaw:
+    """How membranes and walls repel each other.
+
+    Attributes
+    ----------
+    range
+        Contact range σ_LJ [length unit].
+    strength
+        c of `solver.films.contact_strength`.
+    refinement
+        Contact points per node.
+    """
+
+    range: float
+    strength: float
+    refinement: int
+
+
+class Contacts:
+    """Contact points, several to a node where nodes are far apart, and the forces between them.
+
+    A point between two nodes is interpolated along its membrane or wall, and its force is carried
+    back to the nodes by the transpose, so that forces remain minus the gradient of the contact
+    energy and sum to zero.
+
+    Parameters
+    ----------
+    law
+        Of the contacts.
+    length
+        Period L_x [length unit].
+    layout
+        Of the nodes.
+    shared
+        Source of node pairs that something else lists anyway, and its reach.
+    """
+
+    def __init__(
+        self,
+        law: ContactLaw,
+        length: float,
+        layout: Layout,
+        shared: tuple[PairSource, float] | None = None,
+    ) -> None:
+        self._length, self._range, self._strength = length, law.range, law.strength
+        factor = law.refinement
+        self._plain = factor == 1
+        # Of the points, their positions, and their forces or velocities: used again and again.
+        self._room = np.empty((2, factor * layout.nodes, 2))
+        self._interpolation = lagrange_weights(factor)
+        self._chains = layout.chains
+        self._jump = period_jumps(layout, self._length)
+        self._weights = np.repeat(layout.weights, factor) / factor
+        gain = float(np.abs(self._interpolation).sum(axis=1).max())
+        every = np.ones(layout.particles + 2, np.bool_)
+        refinement = Refinement(
+            factor, lambda values: self._points(values, self._jump, every, self._room[0]), gain
+        )
+        self._list = ContactList(layout, length, law.range, refinement, shared)
+
+    def add_forces(self, positions: FloatArray, forces: FloatArray) -> float:
+        """Add the contact forces of all nodes and return the smallest film thickness.
+
+        Parameters
+        ----------
+        positions, forces
+            Of all nodes, shape (nodes, 2).
+
+        Returns
+        -------
+        float
+            Smallest distance between contact points of two bodies [length unit]; infinite where
+            nothing is within the contact range.
+        """
+        starts, partners = self._list.pairs(positions)
+        if not partners.size:
+            return math.inf
+        touching = self._list.touching
+        points = self._points(positions, self._jump, touching, self._room[0])
+        return self.add_pair_forces(points, starts, partners, touching, forces)
+
+    def add_pair_forces(
+        self,
+        points: FloatArray,
+        starts: IntArray,
+        partners: IndexArray | IntArray,
+        touching: BoolArray,
+        forces: FloatArray,
+    ) -> float:
+        """Add the forces of listed pairs of points and return the smallest film thickness.
+
+        Parameters
+        ----------
+        points
+            The contact points of the touching bodies, shape (points, 2).
+        starts, partners
+            The pairs, as `solver.neighbours.find_pairs` returns them.
+        touching
+            Whether each body has a point in them, shape (bodies,).
+        forces
+            Of all nodes, added to, shape (nodes, 2).
+        """
+        on_points = forces if self._plain else self._room[1]
+        if not self._plain:
+            on_points[:] = 0.0
+        film = steric.add_contacts(
+            points,
+            self._weights,
+            starts,
+            partners,
+            self._length,
+            self._range,
+            self._strength,
+            on_points,
+        )
+        if not self._plain:
+            carry_back(on_points, self._chains, touching, self._interpolation, forces)
+        return film
+
+    def listed(self, positions: FloatArray) -> int:
+        """Return the number of pairs of contact points that may touch."""
+        return len(self._list.pairs(positions)[1])
+
+    def closing_rate(self, positions: FloatArray, velocities: FloatArray) -> float:
+        """Return the largest rate -d(ln h)/dt at which a film closes [1 / time unit].
+
+        Parameters
+        ----------
+        positions, velocities
+            Of all nodes, shape (nodes, 2).
+        """
+        starts, partners = self._list.pairs(positions)
+        if not partners.size:
+            return 0.0
+        touching = self._list.touching
+        points = self._points(positions, self._jump, touching, self._room[0])
+        # What is common to a whole chain does not jump from one end to the other.
+        rates = self._points(velocities, np.zeros_like(self._jump), touching, self._room[1])
+        return steric.closing_rate(points, rates, starts, partners, self._length, self._range)
+
+    def _points(
+        self, values: FloatArray, jump: FloatArray, wanted: BoolArray, room: FloatArray
+    ) -> FloatArray:
+        """Return a quantity of the nodes at the contact points of the wanted bodies."""
+        if self._plain:
+            return values
+        refine(values, self._chains, jump, wanted, self._interpolation, room)
+        return room
+
+
+class NoContacts:
+    """What `Contacts` is where there are no particles: walls do not touch each other."""
+
+    def add_forces(self, positions: FloatArray, forces: FloatArray) -> float:
+        """Add nothing and return infinity, as there is no film; see `Contacts`."""
+        return math.inf
+
+    def listed(self, positions: FloatArray) -> int:
+        """Return 0, the number of pairs."""
+        return 0
+
+    def closing_rate(self, positions: FloatArray, velocities: FloatArray) -> float:
+        """Return 0, as there is no film to close."""
+        return 0.0

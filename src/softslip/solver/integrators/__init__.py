@@ -1,0 +1,20 @@
+"""Time steppers: they advance a vector and know nothing of what it means."""
+
+from softslip.solver.integrators.chebyshev import rkc2
+from softslip.solver.integrators.explicit import euler
+from softslip.solver.integrators.stepping import Accuracy, Integrator, Memory, Rate, Step, Vector
+
+__all__ = [
+    "INTEGRATORS",
+    "Accuracy",
+    "Integrator",
+    "Memory",
+    "Rate",
+    "Step",
+    "Vector",
+    "euler",
+    "rkc2",
+]
+
+INTEGRATORS: dict[str, Integrator] = {"euler": euler, "rkc2": rkc2}
+"""Steppers by the name that `time_stepping.integrator` gives them."""

@@ -1,0 +1,1 @@
+"""How well the numerics do: known solutions, speed against accuracy, extremes, benchmarks."""

@@ -1,0 +1,61 @@
+"""Tables of the benchmarks in Markdown, for the documents, from their datasets alone."""
+
+import xarray as xr
+
+from softslip.messages import table_row
+
+COLUMNS = (
+    "Element",
+    "With it",
+    "Without it",
+    "Core-seconds per time unit",
+    "Evaluations per time unit",
+    "Nodes",
+    "Near pairs",
+    "Contact pairs",
+    "Saved",
+    "Saved per evaluation",
+    "Switched off",
+)
+"""Heads of the table of a scene's elements; figures change from with to without."""
+
+_FIGURES = ("seconds", "evaluations", "nodes", "pairs", "contacts")
+
+
+def elements_table(dataset: xr.Dataset) -> str:
+    """Return what each element of a scene costs, and what is switched off without it.
+
+    Parameters
+    ----------
+    dataset
+        What `studies.bench.as_dataset` made of `studies.bench.bench_elements`.
+
+    Returns
+    -------
+    str
+        One line that says what was measured, and a Markdown table with a row for each element.
+    """
+    count, duration = int(dataset["particles"]), float(dataset["duration"])
+    fidelity = dataset.attrs["fidelity"]
+    lines = [
+        f"{count} particles at fidelity {fidelity}, over {duration:g} time units:",
+        "",
+        table_row(COLUMNS),
+        table_row(["---", "---", "---", *["---:"] * (len(COLUMNS) - 4), "---"]),
+    ]
+    for name in dataset["element"].values:
+        row = dataset.sel(element=name)
+        words = {key: str(row[key].values) for key in ("scene_with", "scene_without")}
+        figures = [
+            f"{_short(row[f'{key}_with'])} → {_short(row[f'{key}_without'])}" for key in _FIGURES
+        ]
+        saved = [f"{float(row[key]):.1%}" for key in ("saved_share", "saved_per_evaluation")]
+        off = str(row["switched_off"].values)
+        lines.append(table_row([str(name), *words.values(), *figures, *saved, off]))
+    return "\n".join(lines) + "\n"
+
+
+def _short(figure: xr.DataArray) -> str:
+    """Return a number as a whole one where it counts, and with three digits otherwise."""
+    value = float(figure)
+    return f"{value:.0f}" if value.is_integer() else f"{value:.3g}"

@@ -1,0 +1,231 @@
+"""What a member does on every scene, and what that takes beside the reference in the same job."""
+
+import json
+import time
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from softslip.errors import SoftslipError
+from softslip.simulation.record import ATTRIBUTES
+from softslip.solver.geometry import FloatArray
+from softslip.studies.bench.trajectory import QUANTITIES
+from softslip.studies.timing import Tell, silent
+from softslip.studies.tradeoff.members import Member, parameters_of, reference_of
+from softslip.studies.tradeoff.plan import Plan
+from softslip.studies.tradeoff.precision import in_single_precision
+from softslip.studies.tradeoff.scene import on_member, scene_of
+from softslip.studies.tradeoff.stretch import COUNTS, MARKERS, PLACES, Stretch, run_of
+
+DONE = "done"
+"""Status of a scene that ran to its end; any other says why it did not."""
+
+REFERENCE = {
+    "cost": "reference_cost",
+    "evaluations": "reference_evaluations",
+    "evaluation_time": "reference_evaluation_time",
+}
+"""What is kept of the reference in the same job, and its name."""
+
+ROUNDS_FOR = 0.15
+"""Time for which the evaluations of a member and the reference are timed in turn [s]."""
+
+FEWEST_ROUNDS = 5
+"""Evaluations of each at least, of which the quickest counts."""
+
+
+def measure_member(
+    dataset: xr.Dataset, member: Member, plan: Plan, tell: Tell = silent
+) -> xr.Dataset:
+    """Run a member over every scene, each followed by the reference, and return what came out.
+
+    Parameters
+    ----------
+    dataset
+        Of `studies.tradeoff.scene.prepare`.
+    member
+        Of the plan.
+    plan
+        Its scenes and windows.
+    tell
+        Shown each scene.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along ``stress``, ``roughness``: the means of `QUANTITIES` over the records (``time``, NaN
+        beyond the window of a short member), `COUNTS`, ``status``, and `PLACES` at the markers of
+        all scenes (``marker_node``, ``axis``). A scene that stops has NaN and says why.
+    """
+    results: dict[tuple[float, float], Stretch | str] = {}
+    references: dict[tuple[float, float], dict[str, float]] = {}
+    # The first run in a process compiles, which is no part of the cost of either.
+    _warm(dataset, member, plan)
+    for roughness in plan.roughnesses:
+        for stress in plan.stresses:
+            tell(f"{member.name}: stress {stress:g}, roughness {roughness:g}")
+            scene = scene_of(dataset, stress, roughness)
+            results[stress, roughness] = _attempt(scene, member, plan, stress, roughness)
+            beside = _attempt(scene, reference_of(plan), plan, stress, roughness, short=True)
+            if isinstance(beside, str):
+                raise SoftslipError(f"the reference stopped: {beside}")
+            _time_in_turn(results[stress, roughness], beside)
+            references[stress, roughness] = beside.counts
+    return _assembled(dataset, member, plan, results, references)
+
+
+def _time_in_turn(result: Stretch | str, beside: Stretch) -> None:
+    """Add the times of an evaluation to the counts of a member and of the reference."""
+    timed = [beside, *([result] if isinstance(result, Stretch) else [])]
+    least, spent, rounds = np.full(len(timed), np.inf), 0.0, 0
+    while spent < ROUNDS_FOR or rounds < FEWEST_ROUNDS:
+        rounds += 1
+        for number, each in enumerate(timed):
+            # The processor's time, as others may use the machine meanwhile.
+            begin = time.process_time()
+            each.last.suspension.evaluate(each.last.state)
+            taken = time.process_time() - begin
+            least[number] = min(least[number], taken)
+            spent += taken
+    for each, value in zip(timed, least, strict=True):
+        each.counts["evaluation_time"] = float(value)
+
+
+def _warm(dataset: xr.Dataset, member: Member, plan: Plan) -> None:
+    """Evaluate both members once."""
+    stress, roughness = plan.stresses[0], plan.roughnesses[0]
+    for each in (member, reference_of(plan)):
+        try:
+            parameters = parameters_of(each, plan, stress, roughness)
+            scene = on_member(scene_of(dataset, stress, roughness), parameters)
+            scene.suspension.closing_rate(scene.suspension.evaluate(scene.state))
+        except SoftslipError:
+            continue  # It will be told of where it is run.
+
+
+def _attempt(
+    scene: xr.Dataset,
+    member: Member,
+    plan: Plan,
+    stress: float,
+    roughness: float,
+    *,
+    short: bool = False,
+) -> Stretch | str:
+    """Return what a member does on a scene, or why it cannot."""
+    try:
+        parameters = parameters_of(member, plan, stress, roughness)
+        moved = plan.perturbation * parameters.steric.length if member.kind == "twin" else 0.0
+        given = on_member(scene, parameters, moved)
+        if member.precision == "single":
+            given = in_single_precision(given)
+        return run_of(given, plan, short=short or member.short)
+    except SoftslipError as error:
+        return str(error)
+
+
+def _assembled(
+    dataset: xr.Dataset,
+    member: Member,
+    plan: Plan,
+    results: dict[tuple[float, float], Stretch | str],
+    references: dict[tuple[float, float], dict[str, float]],
+) -> xr.Dataset:
+    """Return the dataset of a member from what its runs gave."""
+    long_window, _ = plan.window
+    shape = (len(plan.stresses), len(plan.roughnesses))
+    series = {name: np.full((*shape, long_window), np.nan) for name in QUANTITIES}
+    counts = {name: np.full(shape, np.nan) for name in (*COUNTS, *REFERENCE.values())}
+    status = np.full(shape, DONE, dtype=object)
+    places: dict[str, list[FloatArray]] = {name: [] for name in PLACES}
+    particles = dict(
+        zip(
+            zip(dataset["stress"].values, dataset["roughness"].values, strict=True),
+            dataset["particles"].values,
+            strict=True,
+        )
+    )
+    for (stress, roughness), result in results.items():
+        here = plan.stresses.index(stress), plan.roughnesses.index(roughness)
+        for name, own in REFERENCE.items():
+            counts[own][here] = references[stress, roughness][name]
+        if isinstance(result, str):
+            status[here] = result
+            lost = np.full((int(particles[stress, roughness]) * MARKERS, 2), np.nan)
+            for name in PLACES:
+                places[name].append(lost)
+            continue
+        for name, value in result.counts.items():
+            counts[name][here] = value
+        for name, means in result.series.items():
+            series[name][here][: len(means)] = means
+        for name in PLACES:
+            places[name].append(getattr(result, name).reshape(-1, 2))
+    return _described(member, plan, series, counts, status, places)
+
+
+def _described(
+    member: Member,
+    plan: Plan,
+    series: dict[str, FloatArray],
+    counts: dict[str, FloatArray],
+    status: np.ndarray[Any, Any],
+    places: dict[str, list[FloatArray]],
+) -> xr.Dataset:
+    """Return the variables with their dimensions, units and meanings."""
+    scene = ("stress", "roughness")
+
+    def told(units: tuple[str, str]) -> dict[str, str]:
+        return {"units": units[0], "long_name": units[1]}
+
+    long_window, short_window = plan.window
+    edges = plan.interval * np.arange(long_window + 1.0)
+    variables: dict[str, Any] = {
+        **{name: ((*scene, "time"), series[name], told(ATTRIBUTES[name])) for name in QUANTITIES},
+        **{name: (scene, counts[name], told(COUNTS[name])) for name in COUNTS},
+        **{own: (scene, counts[own], _of_reference(name)) for name, own in REFERENCE.items()},
+        **{
+            name: (("marker_node", "axis"), np.concatenate(places[name]), told(PLACES[name]))
+            for name in PLACES
+        },
+        "marker_scene": (
+            "marker_node",
+            np.repeat(np.arange(len(places["marker"])), [len(part) for part in places["marker"]]),
+            {"units": "1", "long_name": "scene of each marker, stress by stress at each roughness"},
+        ),
+        "status": (scene, status.astype(str), {"units": "1", "long_name": "done, or why not"}),
+    }
+    return xr.Dataset(
+        variables,
+        coords={
+            "stress": ("stress", list(plan.stresses), told(("stress unit", "imposed stress"))),
+            "roughness": ("roughness", list(plan.roughnesses), told(("1", "wall roughness"))),
+            "time": ("time", edges[1:], told(("time unit", "end of a record"))),
+        },
+        attrs={
+            "member": member.name,
+            "kind": member.kind,
+            "effect": member.effect,
+            "precision": member.precision,
+            "level": member.level or "literal",
+            "parameters": _parameters(member, plan),
+            "settings": json.dumps(member.settings, sort_keys=True),
+            "skipped": plan.skipped,
+            "short_window": short_window,
+        },
+    )
+
+
+def _of_reference(name: str) -> dict[str, str]:
+    units, meaning = COUNTS[name]
+    return {"units": units, "long_name": f"{meaning}: of the reference in the same job"}
+
+
+def _parameters(member: Member, plan: Plan) -> str:
+    """Return the settings as JSON, those of the level included; empty where they contradict."""
+    try:
+        given = parameters_of(member, plan, plan.stresses[0], plan.roughnesses[0])
+    except SoftslipError:
+        return "{}"
+    return json.dumps(given.model_dump(mode="json"), sort_keys=True)

@@ -1,0 +1,194 @@
+"""The members of the trade-off: settings with a name, all measured on the same scenes."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from softslip.config.parameters import Parameters
+from softslip.errors import ConfigError
+from softslip.studies import scenes
+from softslip.studies.bench import trajectory
+from softslip.studies.tradeoff.plan import Plan, Variant
+
+Kind = Literal["factorial", "finest", "closer", "twin", "level", "variant"]
+"""Of the grid of settings; the finest of each regularisation length; one on closer nodes still;
+the finest from displaced nodes; a level of fidelity; one that varies a level in one thing."""
+
+Tree = Mapping[str, Mapping[str, Any]]
+"""Settings by group and key."""
+
+LEVEL = "standard"
+"""Level that gives members what the plan does not vary, and that costs are compared with."""
+
+LITERAL = "literal"
+"""What the paper's own scheme is called, which has no level."""
+
+CONTACT_SPACING = 1.7
+"""Largest distance of contact points over the mesh size in the grid: wherever it is larger, it and
+not the node spacing decides the error (0.4 % at 1.7, 0.8 % at 2.0, 2.5 % at 2.5), while more points
+hardly cost anything."""
+
+FEWEST_POINTS = 2
+"""Contact points per node at least, as in every level."""
+
+
+@dataclass(frozen=True)
+class Member:
+    """Settings under a name.
+
+    Attributes
+    ----------
+    name
+        Unique, and safe in file names.
+    kind
+        What it is there for.
+    level
+        Level of fidelity that gives the settings that are not named; None is the paper's scheme.
+    settings
+        Values by group and key.
+    effect
+        What a variant varies, in words.
+    precision
+        'single' rounds what goes into and out of the Stokes solver.
+    outer_gap
+        Wanted solvent outside the walls; None keeps the scene's [length unit].
+    short
+        Whether it runs over the short window only.
+    """
+
+    name: str
+    kind: Kind
+    level: str | None = LEVEL
+    settings: Tree = field(default_factory=dict)
+    effect: str = ""
+    precision: Literal["double", "single"] = "double"
+    outer_gap: float | None = None
+    short: bool = False
+
+
+def parameters_of(
+    member: Member, plan: Plan, stress: float, roughness: float, *, seed: int | None = None
+) -> Parameters:
+    """Return the parameters of a member's run on one scene.
+
+    Raises
+    ------
+    ConfigError
+        When its settings contradict each other or the scene.
+    """
+    groups: dict[str, dict[str, Any]] = {
+        # A rough channel is as dense as a smooth one between its bumps.
+        "suspension": {"area_reference": "free"},
+        "wall": {"roughness": roughness},
+    }
+    for name, values in member.settings.items():
+        groups[name] = {**groups.get(name, {}), **values}
+    given = trajectory.parameters_of(
+        plan.particles,
+        member.level,
+        stress,
+        seed=plan.seed if seed is None else seed,
+        **{name: values for name, values in groups.items() if name != "channel"},
+    )
+    channel = dict(groups.get("channel", {}))
+    if member.outer_gap is not None:
+        channel["outer_gap"] = scenes.nearest_gap(given.channel.height, member.outer_gap)
+    if not channel:
+        return given
+    tree = given.model_dump()
+    return Parameters.from_mapping({**tree, "channel": {**tree["channel"], **channel}})
+
+
+def members_of(plan: Plan) -> dict[str, Member]:
+    """Return all members of a plan by name: first the finest, then the grid, levels and variants.
+
+    Raises
+    ------
+    ConfigError
+        When a variant has the name of another member.
+    """
+    found = {member.name: member for member in (*_finest(plan), *_factorial(plan), *_levels(plan))}
+    for name, variant in plan.variants.items():
+        if name in found:
+            raise ConfigError(
+                f"variants.{name}", name, "is the name of another member", "use another name"
+            )
+        found[name] = _variant(name, variant)
+    return found
+
+
+def reference_of(plan: Plan) -> Member:
+    """Return the member whose cost is measured in every job beside the member's own."""
+    return Member("reference", "level", LEVEL)
+
+
+def finest_name(regularisation: float | None) -> str:
+    """Return the name of the finest member of a regularisation length."""
+    return f"finest-e{_spread(regularisation)}"
+
+
+def smallest(regularisations: tuple[float | None, ...]) -> float | None:
+    """Return the smallest of some regularisation lengths, of which None is the mesh's own."""
+    return min(regularisations, key=lambda value: 1.0 if value is None else value)
+
+
+def finest_member(plan: Plan, regularisation: float | None) -> Member:
+    """Return the member of the closest nodes and the least tolerance."""
+    tree = _settings(regularisation, min(plan.node_spacings), plan.finest_tolerance)
+    return Member(finest_name(regularisation), "finest", settings=tree)
+
+
+def _finest(plan: Plan) -> list[Member]:
+    found = [finest_member(plan, each) for each in plan.regularisations]
+    least = smallest(plan.regularisations)
+    settings = finest_member(plan, least).settings
+    found.append(Member("twin", "twin", settings=settings))
+    if plan.closer_spacing is not None:
+        closer = _settings(least, plan.closer_spacing, plan.finest_tolerance)
+        found.append(Member("closer", "closer", settings=closer))
+    return found
+
+
+def _factorial(plan: Plan) -> list[Member]:
+    return [
+        Member(
+            f"e{_spread(spread)}-n{spacing:g}-t{tolerance:g}",
+            "factorial",
+            settings=_settings(spread, spacing, tolerance),
+        )
+        for spread in plan.regularisations
+        for spacing in plan.node_spacings
+        for tolerance in plan.tolerances
+    ]
+
+
+def _levels(plan: Plan) -> list[Member]:
+    return [Member(f"level-{name}", "level", name) for name in plan.levels]
+
+
+def _variant(name: str, variant: Variant) -> Member:
+    return Member(
+        name,
+        "variant",
+        None if variant.level == LITERAL else variant.level,
+        variant.settings,
+        variant.effect,
+        variant.precision,
+        variant.outer_gap,
+        variant.short,
+    )
+
+
+def _settings(spread: float | None, spacing: float, tolerance: float) -> Tree:
+    """Return what the grid varies, with as many contact points as the node spacing asks for."""
+    points = max(FEWEST_POINTS, math.ceil(spacing / CONTACT_SPACING))
+    return {
+        "steric": {"refinement": points},
+        "hydrodynamics": {"regularisation": spread, "node_spacing": spacing},
+        "time_stepping": {"tolerance": tolerance},
+    }
+
+
+def _spread(value: float | None) -> str:
+    return "mesh" if value is None else f"{value:g}"

@@ -1,0 +1,167 @@
+"""Long runs: steady averages, whose error is statistical because trajectories part."""
+
+import json
+import time
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from softslip.analysis.observables.steady import steady_state
+from softslip.config.parameters import Parameters
+from softslip.errors import SoftslipError
+from softslip.simulation import hydrodynamics
+from softslip.studies.timing import Tell, silent
+from softslip.studies.tradeoff.measure import DONE
+from softslip.studies.tradeoff.members import LEVEL, Member, parameters_of
+from softslip.studies.tradeoff.plan import Plan
+from softslip.studies.tradeoff.scene import aged_packing
+
+RATES = {
+    "slip_velocity": ("length unit / time unit", "slip velocity, mean of both walls"),
+    "shear_rate_wall": ("1 / time unit", "apparent shear rate, relative wall speed over H"),
+    "shear_rate_bulk": ("1 / time unit", "true shear rate, slope of the mean velocity profile"),
+}
+"""Observables that are judged, with units and meanings."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One packing that is sheared for long.
+
+    Attributes
+    ----------
+    name
+        Unique, and safe in file names.
+    roughness, seed
+        Of its walls and of its packing.
+    periods
+        Its length along the flow over that of the plan's scenes.
+    """
+
+    name: str
+    roughness: float
+    seed: int
+    periods: int = 1
+
+
+def cases_of(plan: Plan) -> dict[str, Case]:
+    """Return the packings of a plan's long runs by name."""
+    steady = plan.steady
+    found = [
+        Case(f"beta{roughness:g}-seed{seed}", roughness, seed)
+        for roughness in steady.roughnesses
+        for seed in steady.seeds
+    ]
+    if steady.wide_regularisations:
+        found += [Case(f"beta0-seed{seed}-wide", 0.0, seed, 2) for seed in steady.seeds]
+    return {case.name: case for case in found}
+
+
+def measure_steady(case: Case, plan: Plan, tell: Tell = silent) -> xr.Dataset:
+    """Age one packing and shear it for long at every stress and regularisation length.
+
+    The other settings are those of `LEVEL`.
+
+    Parameters
+    ----------
+    case
+        Of `cases_of`.
+    plan
+        Its times, stresses and regularisation lengths.
+    tell
+        Shown each run.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along ``regularisation`` (NaN is the mesh's own), ``stress``: the records of `RATES`
+        (``time``), their averages, errors and steadiness by
+        `analysis.observables.steady.steady_state`, ``cost`` and ``status``.
+
+    Raises
+    ------
+    SoftslipError
+        When there is no such packing.
+    """
+    steady = plan.steady
+    spreads = steady.regularisations if case.periods == 1 else steady.wide_regularisations
+    tell(f"{case.name}: ageing")
+    given = _wide(Member("start", "level", LEVEL), plan, case)
+    aged = aged_packing(
+        given, _plan_of(plan, case), case.roughness, seed=case.seed, ageing=steady.ageing
+    )
+    rows = []
+    for spread in spreads:
+        row = []
+        for stress in steady.stresses:
+            tell(f"{case.name}: stress {stress:g}, regularisation {spread}")
+            settings = {**given.settings, "hydrodynamics": {"regularisation": spread}}
+            member = Member("steady", "level", LEVEL, settings)
+            row.append(_run(aged, member, plan, case, stress))
+        rows.append(xr.concat(row, "stress", join="outer"))
+    return _labelled(xr.concat(rows, "regularisation", join="outer"), plan, case, spreads)
+
+
+def _plan_of(plan: Plan, case: Case) -> Plan:
+    return plan.model_copy(update={"particles": plan.particles * case.periods})
+
+
+def _wide(member: Member, plan: Plan, case: Case) -> Member:
+    """Return a member whose channel is several times as long, and as high."""
+    if case.periods == 1:
+        return member
+    narrow = parameters_of(member, plan, plan.stresses[0], case.roughness).channel
+    channel = {
+        "length": narrow.length * case.periods,
+        "height": narrow.height,
+        "outer_gap": narrow.outer_gap,
+    }
+    return Member(member.name, member.kind, member.level, {**member.settings, "channel": channel})
+
+
+def _run(aged: xr.Dataset, member: Member, plan: Plan, case: Case, stress: float) -> xr.Dataset:
+    """Return records, averages and cost of one long run."""
+    given = parameters_of(member, _plan_of(plan, case), stress, case.roughness, seed=case.seed)
+    tree = given.model_dump()
+    tree["time_stepping"]["shear_time"] = plan.steady.duration
+    timed = Parameters.from_mapping(tree)
+    core = time.process_time()
+    try:
+        run = hydrodynamics.shear(aged, timed)
+    except SoftslipError as error:
+        return xr.Dataset({"status": ((), str(error))})
+    core = time.process_time() - core
+    run = run.assign_attrs(parameters=json.dumps(timed.model_dump(mode="json"), sort_keys=True))
+    averages = steady_state(run)
+    kept = {name: run[name].drop_vars("wall", errors="ignore") for name in (*RATES, "interval")}
+    found = xr.Dataset(kept).drop_vars("wall_distance", errors="ignore")
+    for name in RATES:
+        found[f"{name}_mean"] = averages[name]
+        found[f"{name}_error"] = averages[f"{name}_error"]
+    for flag in ("steady_wall", "steady_bulk", "steady_slip"):
+        found[flag] = averages[flag].astype(np.int8)
+    found["steady_from"] = averages["steady_from"]
+    found["cost"] = (
+        (),
+        core / plan.steady.duration,
+        {"units": "s / time unit", "long_name": "processor time per simulated time"},
+    )
+    found["status"] = (), DONE, {"units": "1", "long_name": "done, or why not"}
+    return found
+
+
+def _labelled(
+    dataset: xr.Dataset, plan: Plan, case: Case, spreads: tuple[float | None, ...]
+) -> xr.Dataset:
+    values = [np.nan if spread is None else spread for spread in spreads]
+    named = dataset.assign_coords(
+        stress=("stress", list(plan.steady.stresses)), regularisation=("regularisation", values)
+    )
+    named["stress"].attrs.update(units="stress unit", long_name="imposed stress")
+    named["regularisation"].attrs.update(
+        units="1", long_name="regularisation length over the paper's mesh size, NaN its mesh's own"
+    )
+    return named.assign_attrs(
+        case=case.name, roughness=case.roughness, seed=case.seed, periods=case.periods
+    )

@@ -1,0 +1,247 @@
+import importlib
+
+import matplotlib
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.collections import PolyCollection
+from matplotlib.quiver import Quiver
+from synthetic import HEIGHT, LENGTH, shear_run, sweep
+
+from softslip.analysis import figures
+from softslip.analysis.fits import herschel_bulkley
+from softslip.analysis.observables import creep, flow_curve, profiles
+from softslip.errors import DatasetError
+from softslip.files.stamps import check_figure
+from softslip.files.storage import read_dataset, write_dataset
+from softslip.solver.geometry import polygon_area
+
+STRESSES, ROUGHNESSES = (0.05, 0.15, 0.3, 0.5), (0.0, 0.59)
+GAPS = {(0.15, 0.59, 1), (0.3, 0.59, 1)}
+
+
+@pytest.fixture(scope="module")
+def runs():
+    return sweep(STRESSES, ROUGHNESSES, missing=GAPS, duration=300.0, profiles=10)
+
+
+@pytest.fixture(scope="module")
+def curve(runs):
+    return flow_curve(runs)
+
+
+@pytest.fixture(scope="module")
+def sampled():
+    return shear_run(0.5, 0.59, 3, snapshots=(5.0, 17.5), duration=30.0)
+
+
+def words(figure):
+    """All text of a drawn figure."""
+    figure.canvas.draw()
+    found = [text.get_text() for text in figure.findobj(matplotlib.text.Text)]
+    return "\n".join(text for text in found if text)
+
+
+def drawn(curve):
+    return figures.flow_curves(curve, herschel_bulkley(curve))
+
+
+def test_missing_runs_are_counted(runs, curve):
+    for figure in (drawn(curve), figures.creep(creep(runs)), figures.profiles(profiles(runs))):
+        assert "2 of 8 runs missing" in words(figure)
+
+
+def test_complete_data_needs_no_note(runs):
+    done = [(labels, run) for labels, run in runs if labels["roughness"] == 0.0]
+    assert "missing" not in words(figures.creep(creep(done)))
+
+
+@pytest.mark.parametrize("extra", ["seed", "wall_separation", "surface"])
+def test_any_further_dimension_is_drawn(runs, extra):
+    values = {"seed": (1, 2), "wall_separation": (0.125, 0.25), "surface": ("soft", "hard")}[extra]
+    every = [({**labels, extra: value}, run) for labels, run in runs for value in values]
+    table = flow_curve(every)
+    for figure in (
+        drawn(table),
+        figures.creep(creep(every)),
+        figures.profiles(profiles(every)),
+    ):
+        said = words(figure)
+        assert "4 of 16 runs missing" in said
+        if extra != "seed":
+            rows = {axes.get_subplotspec().rowspan.start for axes in figure.axes}
+            assert rows == {0, 1}
+            assert str(values[1]) in said
+
+
+def test_one_unlabelled_run_is_drawn():
+    alone = [({}, shear_run(0.3, duration=60.0, profiles=10))]
+    table = flow_curve(alone)
+    said = words(drawn(table))
+    assert "no fit: too few steady points" in said
+    assert r"$\beta$ = 0" in said
+    words(figures.creep(creep(alone)))
+    words(figures.profiles(profiles(alone)))
+
+
+def test_imposed_rates_are_drawn(curve):
+    driven = curve.rename(stress="imposed_shear_rate").assign_coords(
+        imposed_shear_rate=[0.01, 0.05, 0.2, 0.6]
+    )
+    assert len(drawn(driven).axes) == 2
+
+
+def test_units_stand_on_every_axis(runs, curve, sampled):
+    for figure, units in (
+        (drawn(curve), ("[1 / time unit]", "[stress unit]")),
+        (figures.creep(creep(runs)), ("[1 / time unit]", "[time unit]")),
+        (figures.snapshot(sampled), ("[length unit]",)),
+    ):
+        said = words(figure)
+        assert all(unit in said for unit in units), f"{units} not all in {said!r}"
+
+
+def test_paper_and_fit_are_named_in_the_flow_curve():
+    full = flow_curve(
+        sweep((0.08, 0.15, 0.2, 0.3, 0.5), (0.0,), duration=1500.0, noise=0.03, profiles=4)
+    )
+    said = words(drawn(full))
+    assert r"paper: $\sigma_y = 0.055 \pm 0.004$" in said
+    assert "all roughnesses:" in said
+
+
+def test_unsteady_points_are_open_and_their_bars_dashed(curve):
+    seen = set()
+    for container in drawn(curve).axes[1].containers:
+        marker, _, bars = container.lines
+        is_open = marker.get_markerfacecolor() == "white"
+        is_dashed = bars[0].get_linestyle()[0][1] is not None
+        assert is_open == is_dashed
+        seen.add(is_open)
+    assert seen == {True, False}, "the example has no steady, or no unsteady, point"
+
+
+def test_rates_that_are_not_positive_become_arrows(curve):
+    spoiled = curve.copy(deep=True)
+    spoiled["shear_rate_bulk"][0, 0] = -1e-6
+    figure = drawn(spoiled)
+    arrows = [text for text in figure.axes[1].texts if getattr(text, "arrow_patch", None)]
+    assert len(arrows) == 1
+    assert "arrows at the left: rate not positive" in words(figure)
+
+
+def test_run_without_bulk_has_no_bulk_curve(runs):
+    bare = [
+        (labels, run if run is None else run.drop_vars(["shear_rate_bulk", "slip_velocity"]))
+        for labels, run in runs
+    ]
+    table = flow_curve(bare)
+    assert "no fit: too few steady points: 0 of at least 4" in words(drawn(table))
+    words(figures.creep(creep(bare)))
+
+
+def polygons(figure, colour):
+    wanted = matplotlib.colors.to_rgba(colour)
+    return [
+        path.vertices
+        for collection in figure.axes[0].findobj(PolyCollection)
+        if np.allclose(collection.get_facecolor()[0], wanted) and not isinstance(collection, Quiver)
+        for path in collection.get_paths()
+    ]
+
+
+def test_snapshot_shows_each_particle_once(sampled):
+    """The parts inside the box of all images of a particle add up to its area."""
+    from softslip.analysis.figures.membranes import PARTICLE
+
+    images = polygons(figures.snapshot(sampled), PARTICLE)
+    inside = 0.0
+    for image in images:
+        fine = np.linspace(0, 1, 400, endpoint=False)
+        corners = np.arange(len(image))
+        x = np.interp(fine * (len(image) - 1), corners, image[:, 0]).clip(0, LENGTH)
+        y = np.interp(fine * (len(image) - 1), corners, image[:, 1])
+        inside += abs(polygon_area(x, y))
+    nodes = sampled["node_position"].values[0]
+    sizes = sampled["nodes_per_particle"].values
+    contours = np.split(nodes, np.cumsum(sizes))[: len(sizes)]
+    area = sum(abs(polygon_area(*contour.T)) for contour in contours)
+    assert inside == pytest.approx(area, rel=0.01)
+
+
+def test_walls_cover_the_channel_whatever_their_displacement(sampled):
+    lower, upper = polygons(figures.snapshot(sampled), "black")[:2]
+    assert lower[:, 0].min() <= 0
+    assert lower[:, 0].max() >= LENGTH
+    assert upper[:, 1].min() < HEIGHT - 0.4 * 0.59 * 0.00846
+    assert lower[:, 1].max() == pytest.approx(0.59 * 0.00846, rel=1e-3)
+
+
+def test_arrows_keep_out_of_the_walls(sampled):
+    arrows = figures.snapshot(sampled).axes[0].findobj(Quiver)[0]
+    assert 20 < len(arrows.X) < 36**2
+    assert arrows.Y.min() > 0
+    assert arrows.Y.max() < HEIGHT
+
+
+def test_snapshot_is_found_by_time_and_named(sampled):
+    assert "$t$ = 17.5" in words(figures.snapshot(sampled, time=16.0))
+    assert r"$\beta$ = 0.59" in words(figures.snapshot(sampled))
+    with pytest.raises(DatasetError, match="has 2 snapshots, so there is none of number 2"):
+        figures.snapshot(sampled, 2)
+
+
+def test_snapshot_at_rest_says_why_it_has_no_arrows(sampled):
+    still = sampled.assign(velocity=xr.zeros_like(sampled["velocity"]))
+    assert "no arrows: the bulk does not flow" in words(figures.snapshot(still))
+
+
+@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
+def test_same_figure_gives_the_same_bytes(curve, tmp_path, suffix):
+    first, second = tmp_path / f"first{suffix}", tmp_path / f"second{suffix}"
+    for path in (first, second):
+        figures.save_figure(drawn(curve), path, {"scenario": "demo", "title": "Flow curve"})
+    assert first.read_bytes() == second.read_bytes()
+
+
+def test_saved_figure_carries_its_metadata(curve, tmp_path):
+    path = tmp_path / "deep" / "flow.png"
+    labels = {"runs": ["a1", "b2"], "scenario": "demo"}
+    figures.save_figure(drawn(curve), path, labels, {"host": "here"})
+    found = check_figure(path)
+    assert {key: found[key] for key in labels} == labels
+    assert found["provenance"] == {"host": "here"}
+    image = importlib.import_module("PIL.Image").open(path)
+    assert image.text["Software"].startswith("softslip ")
+    assert image.size[0] == pytest.approx(2100, abs=2)
+
+
+def test_failed_save_leaves_the_old_figure_and_no_litter(curve, tmp_path):
+    path = tmp_path / "flow.png"
+    path.write_bytes(b"old")
+    with pytest.raises(TypeError):
+        figures.save_figure(drawn(curve), path, {"runs": object()})
+    assert path.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [path]
+    with pytest.raises(DatasetError, match=r"cannot save a figure as '\.jpg'"):
+        figures.save_figure(drawn(curve), tmp_path / "flow.jpg", {})
+
+
+def test_datasets_read_back_are_drawn_alike(runs, curve, tmp_path):
+    write_dataset(curve, tmp_path / "curve.nc", stage="flow_curve", run="demo", title="Curve")
+    back = read_dataset(tmp_path / "curve.nc", stage="flow_curve")
+    for name, table in (("before.png", curve), ("after.png", back)):
+        figures.save_figure(drawn(table), tmp_path / name, {})
+    assert (tmp_path / "before.png").read_bytes() == (tmp_path / "after.png").read_bytes()
+
+
+def test_channel_without_particles_is_drawn(sampled):
+    wall = 2 * int(sampled.attrs["wall_nodes"])
+    empty = sampled.isel(node=slice(-wall, None), particle=slice(0, 0))
+    words(figures.snapshot(empty))
+
+
+def test_drawing_leaves_the_users_settings_alone(curve):
+    before = dict(matplotlib.rcParams)
+    drawn(curve)
+    assert dict(matplotlib.rcParams) == before

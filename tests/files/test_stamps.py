@@ -1,0 +1,157 @@
+"""Figures with labels and digests; every format goes through every test."""
+
+import io
+import json
+import zlib
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from matplotlib.figure import Figure
+from PIL import Image
+
+from softslip.analysis.figures import save_figure
+from softslip.errors import DatasetError
+from softslip.files.stamps import (
+    FORMATS,
+    check_figure,
+    content_digest,
+    read_labels,
+    sealed,
+    unsealed,
+    with_text,
+)
+from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST
+
+LABELS = {"title": "a line", "run": 'demo (\\) <&> "x"', "parents": [{"stage": "shear"}]}
+PROVENANCE = {"host": "here", "started": "2026-01-01"}
+
+
+def line(height=2.0):
+    figure = Figure(figsize=(1.0, 0.8))
+    figure.subplots().plot([1.0, height])
+    return figure
+
+
+@pytest.fixture(scope="module", params=FORMATS)
+def figure(request, tmp_path_factory):
+    path = tmp_path_factory.mktemp("figures") / f"line{request.param}"
+    save_figure(line(), path, LABELS, PROVENANCE)
+    return path
+
+
+@pytest.fixture(scope="module")
+def picture():
+    buffer = io.BytesIO()
+    line().savefig(buffer, format="png")
+    return buffer.getvalue()
+
+
+def test_labels_come_back(figure):
+    labels = check_figure(figure)
+    assert labels == read_labels(figure)
+    assert {key: labels[key] for key in LABELS} == LABELS
+    assert labels["provenance"] == PROVENANCE
+    assert set(labels) == {*LABELS, "provenance", CONTENT_DIGEST, RECORD_DIGEST}
+
+
+def test_the_content_is_the_picture_and_what_lasts(figure):
+    def drawn(height=2.0, labels=LABELS, provenance=PROVENANCE):
+        path = figure.with_name(f"other{figure.suffix}")
+        save_figure(line(height), path, labels, provenance)
+        return check_figure(path)
+
+    content, record = check_figure(figure)[CONTENT_DIGEST], check_figure(figure)[RECORD_DIGEST]
+    assert drawn() == check_figure(figure)
+    elsewhere = drawn(provenance={"host": "there"})
+    assert elsewhere[CONTENT_DIGEST] == content
+    assert elsewhere[RECORD_DIGEST] != record
+    assert drawn(height=3.0)[CONTENT_DIGEST] != content
+    assert drawn(labels={**LABELS, "run": "other"})[CONTENT_DIGEST] != content
+
+
+def test_all_formats_show_the_same_content(tmp_path):
+    digests = set()
+    for suffix in FORMATS:
+        save_figure(line(), tmp_path / f"line{suffix}", LABELS)
+        digests.add(check_figure(tmp_path / f"line{suffix}")[CONTENT_DIGEST])
+    assert len(digests) == 1
+
+
+@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(place=st.floats(0, 1, exclude_max=True), bit=st.integers(0, 7), cut=st.booleans())
+def test_no_damage_is_missed(figure, tmp_path, place, bit, cut):
+    content = bytearray(figure.read_bytes())
+    where = int(place * len(content))
+    if cut:
+        del content[where:]
+    else:
+        content[where] ^= 1 << bit
+    damaged = tmp_path / figure.name
+    damaged.write_bytes(content)
+    with pytest.raises(DatasetError, match=figure.name):
+        check_figure(damaged)
+
+
+def test_bytes_after_the_end_are_not_missed(figure, tmp_path):
+    longer = tmp_path / figure.name
+    longer.write_bytes(figure.read_bytes() + b"\n")
+    with pytest.raises(DatasetError, match=r"altered|damaged"):
+        check_figure(longer)
+
+
+def test_labels_changed_with_right_checksums_are_not_missed(figure, tmp_path):
+    content, old, new = figure.read_bytes(), b'"host": "here"', b'"host": "hera"'
+    assert content.count(old) == 1
+    changed = content.replace(old, new)
+    if figure.suffix == ".png":
+        start = changed.index(b"tEXtDescription")
+        end = start + 4 + int.from_bytes(changed[start - 4 : start])
+        checksum = zlib.crc32(changed[start:end]).to_bytes(4)
+        changed = changed[:end] + checksum + changed[end + 4 :]
+    forged = tmp_path / figure.name
+    forged.write_bytes(changed)
+    assert read_labels(forged)["provenance"]["host"] == "hera"
+    with pytest.raises(DatasetError, match="has been altered"):
+        check_figure(forged)
+
+
+def test_a_picture_under_other_labels_is_not_missed(picture, tmp_path):
+    """As by somebody who knows how to seal: the picture is not the one of the labels."""
+    told = unsealed({"run": "demo", CONTENT_DIGEST: content_digest(picture, {"run": "other"})})
+    path = tmp_path / "forged.png"
+    path.write_bytes(sealed(with_text(picture, {"Description": told})))
+    assert read_labels(path)["run"] == "demo"
+    with pytest.raises(DatasetError, match="has been altered"):
+        check_figure(path)
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_figures_of_others_have_no_labels(picture, tmp_path, suffix):
+    path = tmp_path / f"theirs{suffix}"
+    line().savefig(path)
+    with pytest.raises(DatasetError, match="no figure with labels"):
+        read_labels(path)
+    (tmp_path / "told.png").write_bytes(with_text(picture, {"Description": json.dumps({})}))
+    with pytest.raises(DatasetError, match="without labels"):
+        read_labels(tmp_path / "told.png")
+    with pytest.raises(DatasetError, match="cannot be read"):
+        read_labels(tmp_path / f"missing{suffix}")
+
+
+def test_text_leaves_the_pixels_alone(picture):
+    text = {"Title": "a line", "Description": "x" * 5000}
+    with (
+        Image.open(io.BytesIO(with_text(picture, text))) as labelled,
+        Image.open(io.BytesIO(picture)) as plain,
+    ):
+        assert {key: labelled.text[key] for key in text} == text
+        assert np.array_equal(np.asarray(labelled), np.asarray(plain))
+
+
+@pytest.mark.parametrize("content", [b"", b'"record_sha256": "' + b"0" * 64 + b'"' * 2])
+def test_only_what_has_one_place_for_its_digest_is_sealed(content):
+    double = content + content
+    with pytest.raises(ValueError, match=r"[02] digests"):
+        sealed(double)

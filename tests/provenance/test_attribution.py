@@ -1,0 +1,108 @@
+import json
+import os
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import xarray as xr
+
+from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST, digests
+from softslip.provenance import attribution as provenance
+from softslip.provenance.attribution import (
+    UNKNOWN,
+    Work,
+    code,
+    machine,
+    parents_of,
+    read_provenance,
+)
+from softslip.provenance.environment import environment
+
+
+@pytest.fixture
+def parent():
+    bare = xr.Dataset({"x": ("t", [1.0, 2.0])}, attrs={"stage": "packing", "run": "a" * 16})
+    return bare.assign_attrs(digests(bare))
+
+
+def test_parents_are_named_with_what_they_held(parent):
+    (found,) = parents_of([parent])
+    assert found == {
+        "stage": "packing",
+        "run": "a" * 16,
+        CONTENT_DIGEST: parent.attrs[CONTENT_DIGEST],
+    }
+
+
+def test_what_was_done_when_and_where_is_recorded(parent):
+    labels = Work().labels(
+        [parent], fingerprint="f" * 16, seed=3, threads=2, restarts=4, core_seconds=5.5
+    )
+    assert json.loads(labels["parents"]) == parents_of([parent])
+    found = read_provenance(labels)
+    assert found["parent_records"] == [parent.attrs[RECORD_DIGEST]]
+    assert (found["fingerprint"], found["seed"], found["threads"]) == ("f" * 16, 3, 2)
+    assert (found["restarts"], found["core_seconds"]) == (4, 5.5)
+    assert found["started"] <= found["ended"]
+    assert found["environment"] == environment()
+    assert found["host"] == socket.gethostname()
+    assert found["processor"]
+    assert set(code()) | set(machine()) <= set(found)
+
+
+def test_no_path_and_no_user_is_recorded():
+    words = json.dumps(Work().provenance(fingerprint="f" * 16))
+    home = str(Path.home())
+    user = os.environ.get("USER", "")
+    assert str(provenance.ROOT) not in words
+    assert home == "/" or home not in words
+    assert len(user) < 5 or user not in words
+
+
+def test_a_dataset_without_any_has_none():
+    assert read_provenance({}) == {}
+
+
+COMMITTED = """
+import json, sys
+from pathlib import Path
+from softslip.provenance import attribution as provenance
+provenance.ROOT = Path(sys.argv[1])
+print(json.dumps(dict(provenance.code())))
+"""
+
+
+def committed(folder):
+    """What a process of its own says of the code in a folder."""
+    found = subprocess.run(
+        [sys.executable, "-c", COMMITTED, str(folder)], capture_output=True, text=True, check=True
+    )
+    return json.loads(found.stdout)
+
+
+def git(folder, *words):
+    who = ("-c", "user.name=x", "-c", "user.email=x@example.org")
+    done = subprocess.run(
+        ["git", "-C", str(folder), *who, *words], capture_output=True, text=True, check=True
+    )
+    return done.stdout.strip()
+
+
+def test_the_commit_and_what_differs_from_it(tmp_path):
+    (tmp_path / "src").mkdir()
+    source = tmp_path / "src" / "code.py"
+    source.write_text("one = 1\n")
+    assert committed(tmp_path)["commit"] == UNKNOWN
+    git(tmp_path, "init", "-q")
+    git(tmp_path, "add", "src")
+    git(tmp_path, "commit", "-qm", "first")
+    found = committed(tmp_path)
+    assert found["commit"] == git(tmp_path, "rev-parse", "HEAD")
+    assert found["dirty"] is False
+    assert found["lock_sha256"] == UNKNOWN
+    (tmp_path / "notes.txt").write_text("not code")
+    assert committed(tmp_path)["dirty"] is False
+    source.write_text("one = 2\n")
+    assert committed(tmp_path)["dirty"] is True

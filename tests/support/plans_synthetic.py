@@ -1,0 +1,23 @@
+"""Results that were never computed, for plans: datasets that only say where they come from."""
+
+import json
+from pathlib import Path
+
+import netCDF4
+
+from softslip.provenance.fingerprints import fingerprint
+
+SECONDS = 100.0
+"""Processor time that each dataset says it took."""
+
+
+def leave(
+    results: Path, stage: str, run: str, *, code: str | None = None, seconds: float = SECONDS
+) -> Path:
+    """Leave a dataset with nothing but labels, by the present code unless another is named."""
+    path = results / stage / f"{run}.nc"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    words = {"fingerprint": code or fingerprint(stage), "core_seconds": seconds}
+    with netCDF4.Dataset(path, "w") as file:
+        file.setncatts({"stage": stage, "run": run, "provenance": json.dumps(words)})
+    return path
