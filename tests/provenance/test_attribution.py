@@ -12,7 +12,7 @@ from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST, digests
 from softslip.provenance import attribution as provenance
 from softslip.provenance.attribution import (
     UNKNOWN,
-    Work,
+    Job,
     code,
     machine,
     parents_of,
@@ -37,7 +37,7 @@ def test_parents_are_named_with_what_they_held(parent):
 
 
 def test_what_was_done_when_and_where_is_recorded(parent):
-    labels = Work().labels(
+    labels = Job().labels(
         [parent], fingerprint="f" * 16, seed=3, threads=2, restarts=4, core_seconds=5.5
     )
     assert json.loads(labels["parents"]) == parents_of([parent])
@@ -53,7 +53,7 @@ def test_what_was_done_when_and_where_is_recorded(parent):
 
 
 def test_no_path_and_no_user_is_recorded():
-    words = json.dumps(Work().provenance(fingerprint="f" * 16))
+    words = json.dumps(Job().provenance(fingerprint="f" * 16))
     home = str(Path.home())
     user = os.environ.get("USER", "")
     assert str(provenance.ROOT) not in words
@@ -74,11 +74,13 @@ print(json.dumps(dict(provenance.code())))
 """
 
 
-def committed(folder):
+def committed(folder, said="", **settings):
     """What a process of its own says of the code in a folder."""
+    command = [sys.executable, "-c", COMMITTED, str(folder)]
     found = subprocess.run(
-        [sys.executable, "-c", COMMITTED, str(folder)], capture_output=True, text=True, check=True
+        command, env=os.environ | settings, capture_output=True, text=True, check=True
     )
+    assert (said in found.stderr) if said else not found.stderr, found.stderr
     return json.loads(found.stdout)
 
 
@@ -106,3 +108,60 @@ def test_the_commit_and_what_differs_from_it(tmp_path):
     assert committed(tmp_path)["dirty"] is False
     source.write_text("one = 2\n")
     assert committed(tmp_path)["dirty"] is True
+
+
+@pytest.fixture
+def checkouts(tmp_path):
+    """Two checkouts with a commit each, the second inside the first."""
+    folders = [tmp_path / "outer", tmp_path / "outer" / "inner"]
+    for folder in folders:
+        folder.mkdir()
+        git(folder, "init", "-q")
+        (folder / "Snakefile").write_text(f"# {folder.name}\n")
+        git(folder, "add", "Snakefile")
+        git(folder, "commit", "-qm", folder.name)
+    return folders
+
+
+def test_the_variables_of_a_hook_do_not_lead_to_another_repository(checkouts):
+    outer, inner = checkouts
+    (inner / "Snakefile").write_text("# changed\n")
+    found = committed(
+        inner,
+        GIT_DIR=str(outer / ".git"),
+        GIT_WORK_TREE=str(outer),
+        GIT_INDEX_FILE=str(outer / ".git" / "index"),
+        GIT_PREFIX="src/",
+    )
+    assert found["commit"] == git(inner, "rev-parse", "HEAD") != git(outer, "rev-parse", "HEAD")
+    assert found["dirty"] is True
+
+
+def test_a_damaged_checkout_is_not_taken_for_the_one_around_it(checkouts):
+    outer, inner = checkouts
+    (inner / ".git" / "HEAD").unlink()
+    found = committed(inner, said=f"will not name their commit: git takes {outer} for the checkout")
+    assert (found["commit"], found["dirty"]) == (UNKNOWN, None)
+
+
+@pytest.mark.skipif(os.getuid() != 0, reason="only root may give files away")
+def test_a_checkout_of_another_user_is_described(checkouts):
+    _, inner = checkouts
+    commit = git(inner, "rev-parse", "HEAD")
+    for path in (inner, *inner.rglob("*")):
+        os.chown(path, 4321, 4321)
+    found = committed(inner)
+    assert (found["commit"], found["dirty"]) == (commit, False)
+
+
+def test_why_git_does_not_name_the_commit_is_said(checkouts, tmp_path):
+    _, inner = checkouts
+    refusing = tmp_path / "bin" / "git"
+    refusing.parent.mkdir()
+    refusing.write_text("#!/bin/sh\necho 'fatal: detected dubious ownership' >&2\nexit 128\n")
+    refusing.chmod(0o755)
+    path = f"{refusing.parent}:{os.environ['PATH']}"
+    found = committed(
+        inner, said="warning: results will not name their commit: fatal: detected", PATH=path
+    )
+    assert (found["commit"], found["dirty"]) == (UNKNOWN, None)

@@ -22,7 +22,7 @@ from softslip.errors import DatasetError, StorageError
 from softslip.files.stamps import FIGURE
 from softslip.files.storage import read_dataset, write_dataset
 from softslip.provenance import export as module
-from softslip.provenance.attribution import Work, parents_of
+from softslip.provenance.attribution import Job, parents_of
 from softslip.provenance.export import (
     SINGLE,
     Table,
@@ -37,7 +37,7 @@ from softslip.provenance.export import (
 
 def put(dataset, path, stage, parents=()):
     """Write a dataset of a scenario with its labels, and return it as it is read."""
-    labels = Work().labels(parents, fingerprint="f" * 16)
+    labels = Job().labels(parents, fingerprint="f" * 16)
     told = dataset.assign_attrs(parameters="{}", **labels)
     write_dataset(told, path, stage=stage, run="desk", title=stage)
     return read_dataset(path, stage=stage)
@@ -53,7 +53,7 @@ def draw(name, path, *datasets):
         "parameters": {},
         "parents": parents_of(datasets),
     }
-    provenance = Work().provenance(datasets, fingerprint="f" * 16)
+    provenance = Job().provenance(datasets, fingerprint="f" * 16)
     figures.save_figure(figure, path, labels, provenance)
     return figure
 

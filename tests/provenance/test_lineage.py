@@ -14,7 +14,7 @@ from softslip.analysis.figures import save_figure
 from softslip.errors import DatasetError
 from softslip.files.stamps import FIGURE
 from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST, write_dataset
-from softslip.provenance.attribution import Work, parents_of
+from softslip.provenance.attribution import Job, parents_of
 from softslip.provenance.lineage import Archive, Parent, read_product
 
 RUN = "ab" * 8
@@ -23,7 +23,7 @@ RUN = "ab" * 8
 def written(folder, stage, parents=(), run=RUN, value=1.0):
     path = folder / stage / f"{run}.nc"
     dataset = xr.Dataset({"number": ("x", np.full(3, value), {"units": "1"})})
-    labels = Work().labels(parents, fingerprint="f" * 16, seed=1)
+    labels = Job().labels(parents, fingerprint="f" * 16, seed=1)
     parameters = json.dumps({"seed": 1})
     write_dataset(
         dataset.assign_attrs(parameters=parameters, **labels), path, stage=stage, run=run, title="x"
@@ -37,7 +37,7 @@ def chain(tmp_path):
     expansion = written(tmp_path, "expansion", [packing])
     labels = {"title": "snapshot", "stage": FIGURE, "run": RUN, "parents": parents_of([expansion])}
     figure = Figure(figsize=(1, 1))
-    provenance = Work().provenance([expansion], fingerprint="e" * 16)
+    provenance = Job().provenance([expansion], fingerprint="e" * 16)
     save_figure(figure, tmp_path / "figures" / f"{RUN}.png", labels, provenance)
     return tmp_path
 

@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 from softslip.files.storage import write_dataset
-from softslip.provenance.attribution import Work
+from softslip.provenance.attribution import Job
 from softslip.provenance.timestamps import keep_in_order
 
 OLD, NEW, LATER = 1_000_000_000.0, 1_700_000_000.0, 1_800_000_000.0
@@ -17,7 +17,7 @@ OLD, NEW, LATER = 1_000_000_000.0, 1_700_000_000.0, 1_800_000_000.0
 def written(folder, stage, parents=(), value=1.0, at=OLD):
     path = folder / stage / f"{'ab' * 8}.nc"
     dataset = xr.Dataset({"number": ("x", np.full(3, value), {"units": "1"})})
-    labels = Work().labels(parents, fingerprint="f" * 16) | {"parameters": json.dumps({})}
+    labels = Job().labels(parents, fingerprint="f" * 16) | {"parameters": json.dumps({})}
     write_dataset(dataset.assign_attrs(labels), path, stage=stage, run="ab" * 8, title="x")
     os.utime(path, (at, at))
     return xr.load_dataset(path)

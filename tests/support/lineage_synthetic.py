@@ -16,7 +16,7 @@ from softslip.analysis.observables import flow_curve
 from softslip.config.parameters import Parameters
 from softslip.config.stages import STAGES, stage_ids, stage_parameters
 from softslip.files.storage import read_dataset, write_dataset
-from softslip.provenance.attribution import Work, parents_of
+from softslip.provenance.attribution import Job, parents_of
 
 CODE = "0123456789abcdef"
 """Fingerprint of the code that is said to have made all of it."""
@@ -63,7 +63,7 @@ class Results:
         """Write a dataset with the labels of its parents' files and its own."""
         labels = {key: words.pop(key) for key in ("stage", "run")}
         read = [xr.open_dataset(parent) for parent in parents]
-        told = Work().labels(read, fingerprint=CODE, **{"core_seconds": 0.0, **words})
+        told = Job().labels(read, fingerprint=CODE, **{"core_seconds": 0.0, **words})
         for each in read:
             each.close()
         write_dataset(dataset.assign_attrs(told), path, **labels, title="made up")
@@ -130,7 +130,7 @@ class Results:
             flow_curves(*read),
             path,
             {**labels, "parameters": {}, "parents": parents_of(read)},
-            Work().provenance(read, fingerprint=CODE),
+            Job().provenance(read, fingerprint=CODE),
         )
         return path
 

@@ -15,7 +15,7 @@ from rich.table import Table
 from softslip.cli.common import AsJson, one_line_errors
 from softslip.files.storage import write_dataset
 from softslip.operations.progress import progress_report
-from softslip.provenance.attribution import Work
+from softslip.provenance.attribution import Job
 from softslip.provenance.fingerprints import fingerprint
 
 app = typer.Typer(
@@ -81,7 +81,7 @@ def _show_bench(result: Mapping[str, Any], as_json: bool, output: Path | None) -
         name = result["bench"]
         chosen = {key: value for key, value in result.items() if isinstance(value, int | str)}
         dataset = dataset.assign_attrs(parameters=json.dumps(chosen))
-        labelled = dataset.assign_attrs(Work().labels(fingerprint=fingerprint("bench")))
+        labelled = dataset.assign_attrs(Job().labels(fingerprint=fingerprint("bench")))
         write_dataset(labelled, output, stage="bench", run=name, title=f"benchmark of {name}")
     if as_json:
         print(json.dumps(result))

@@ -13,7 +13,7 @@ from softslip.files.products import ANY_MORE, FIGURES
 from softslip.files.stamps import FIGURE
 from softslip.files.storage import read_dataset
 from softslip.messages import brief
-from softslip.provenance.attribution import Work, parents_of
+from softslip.provenance.attribution import Job, parents_of
 from softslip.provenance.fingerprints import fingerprint
 
 app = typer.Typer()
@@ -44,7 +44,7 @@ def draw(
         "parameters": json.loads(datasets[0].attrs.get("parameters", "{}")),
         "parents": parents_of(datasets),
     }
-    provenance = Work().provenance(datasets, fingerprint=fingerprint("draw"))
+    provenance = Job().provenance(datasets, fingerprint=fingerprint("draw"))
     figures.save_figure(drawn, output, labels, provenance)
 
 

@@ -13,7 +13,7 @@ import xarray as xr
 from softslip.cli.common import Output, one_line_errors
 from softslip.errors import ConfigError
 from softslip.files.storage import read_dataset, write_dataset
-from softslip.provenance.attribution import Work
+from softslip.provenance.attribution import Job
 from softslip.provenance.fingerprints import fingerprint
 from softslip.provenance.lineage import read_product
 
@@ -67,7 +67,7 @@ class _Job:
         parents: Iterable[xr.Dataset] = (),
     ) -> None:
         """Write a dataset with what produced it."""
-        origin = Work().labels(parents, fingerprint=fingerprint(MADE_BY[kind]))
+        origin = Job().labels(parents, fingerprint=fingerprint(MADE_BY[kind]))
         parameters = dataset.attrs.get("parameters", self._parameters(kind, name))
         labelled = dataset.assign_attrs(study=self.study.name, parameters=parameters, **origin)
         write_dataset(

@@ -18,7 +18,7 @@ from softslip.config.scenario import FOLDER, load_scenario
 from softslip.errors import ConfigError
 from softslip.files.storage import replacing, write_dataset
 from softslip.messages import brief, file_text, printable
-from softslip.provenance.attribution import Work
+from softslip.provenance.attribution import Job
 from softslip.provenance.fingerprints import fingerprint
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def query(
     results: ResultsFolder = None,
 ) -> None:
     """List the runs that a condition on parameters or provenance holds for."""
-    work = Work()
+    job = Job()
     if csv is not None:
         check_output(csv, "csv", [SUFFIX])
     if output is not None and output.suffix != ".nc":
@@ -73,7 +73,7 @@ def query(
     wanted = [name.strip() for name in columns.split(",")] if columns.strip() else []
     frame = chosen.table(wanted)
     if output is not None:
-        _gather(chosen, table, output, work, source)
+        _gather(chosen, table, output, job, source)
     if csv is not None:
         with replacing(csv) as temporary:
             frame.to_csv(temporary, index=False, lineterminator="\n")
@@ -104,10 +104,10 @@ def _opened(source: str, results: Path | None) -> "Results":
     return scenario_results(scenario, folder, states)
 
 
-def _gather(chosen: "Results", table: str, output: Path, work: Work, source: str) -> None:
+def _gather(chosen: "Results", table: str, output: Path, job: Job, source: str) -> None:
     """Write the chosen runs' data as one dataset, with what it was made from."""
     gathered, parents = chosen.gathered(table)  # type: ignore[arg-type]
-    labels = work.labels(parents, fingerprint=fingerprint("gather"))
+    labels = job.labels(parents, fingerprint=fingerprint("gather"))
     labelled = gathered.assign_attrs(parameters=chosen.as_json(), **labels)
     name = Path(source).name.removesuffix(".yaml") or "results"
     asked = " and ".join(f"({each})" for each in chosen.asked)

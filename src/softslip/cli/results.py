@@ -17,7 +17,7 @@ from softslip.config.scenario import Scenario, load_scenario
 from softslip.config.stages import STAGES
 from softslip.files.products import TABLES
 from softslip.files.storage import read_dataset, write_dataset
-from softslip.provenance.attribution import Work
+from softslip.provenance.attribution import Job
 from softslip.provenance.fingerprints import fingerprint
 
 app = typer.Typer()
@@ -49,7 +49,7 @@ def gather(
     loaded = load_scenario(scenario)
     gathered, parents = gather_table(table, _finished(loaded, results))
     labelled = gathered.assign_attrs(
-        parameters=loaded.as_json(), **Work().labels(parents, fingerprint=fingerprint("gather"))
+        parameters=loaded.as_json(), **Job().labels(parents, fingerprint=fingerprint("gather"))
     )
     write_dataset(labelled, output, stage=table, run=loaded.name, title=f"{table} of {loaded.name}")
 
@@ -66,7 +66,7 @@ def fit(
     curve = read_dataset(flow_curve, stage="flow_curve")
     laws = fits.fit_laws(curve).assign_attrs(
         parameters=curve.attrs.get("parameters", "{}"),
-        **Work().labels([curve], fingerprint=fingerprint("fit")),
+        **Job().labels([curve], fingerprint=fingerprint("fit")),
     )
     run = curve.attrs["run"]
     write_dataset(laws, output, stage="fits", run=run, title=f"fits of {run}")

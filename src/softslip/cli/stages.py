@@ -26,7 +26,7 @@ from softslip.files.layout import CHECKPOINTS
 from softslip.files.storage import CONTENT_DIGEST, read_dataset, write_dataset
 from softslip.operations.lock import run_lock
 from softslip.operations.progress import progress_report
-from softslip.provenance.attribution import Work
+from softslip.provenance.attribution import Job
 from softslip.provenance.environment import environment
 from softslip.provenance.fingerprints import fingerprint
 from softslip.simulation.interruption import interruptible
@@ -96,7 +96,7 @@ class _Job:
         """Write the result with what produced it."""
         row, parents = self.row, [] if self.before is None else [self.before]
         kept = self.checkpoints
-        origin = Work().labels(
+        origin = Job().labels(
             parents,
             fingerprint=fingerprint(row.stage),
             seed=row.parameters.seed,

@@ -87,11 +87,11 @@ def _draw(found: "Trace", path: Path) -> None:
     from softslip.analysis import figures
     from softslip.files.stamps import FIGURE
     from softslip.files.storage import CONTENT_DIGEST
-    from softslip.provenance.attribution import Work
+    from softslip.provenance.attribution import Job
     from softslip.provenance.fingerprints import fingerprint
     from softslip.provenance.tracing.diagrams import diagram
 
-    work, root = Work(), found.nodes[0]
+    job, root = Job(), found.nodes[0]
     drawn = diagram(found)
     figure = figures.lineage(drawn.boxes, drawn.arrows, drawn.headings, drawn.notes)
     labels = {
@@ -101,7 +101,7 @@ def _draw(found: "Trace", path: Path) -> None:
         "parameters": {"target": str(found.target)},
         "parents": [{"stage": root.stage, "run": root.run, CONTENT_DIGEST: root.id}],
     }
-    told = work.provenance(fingerprint=fingerprint("draw"))
+    told = job.provenance(fingerprint=fingerprint("draw"))
     record = "" if root.product is None else root.product.record
     figures.save_figure(figure, path, labels, told | {"parent_records": [record]})
 

@@ -6,6 +6,7 @@ import os
 import platform
 import socket
 import subprocess
+import sys
 import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -40,8 +41,8 @@ def _process_began() -> datetime:
 
 
 @dataclass(frozen=True)
-class Work:
-    """What a command does.
+class Job:
+    """A command that makes results, for what they say of how they were made.
 
     Attributes
     ----------
@@ -107,7 +108,7 @@ class Work:
 
 
 def read_provenance(attributes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the `Work.provenance` among a dataset's attributes, empty where there is none."""
+    """Return the `Job.provenance` among a dataset's attributes, empty where there is none."""
     found: dict[str, Any] = json.loads(str(attributes.get("provenance", "{}")))
     return found
 
@@ -116,11 +117,10 @@ def read_provenance(attributes: Mapping[str, Any]) -> dict[str, Any]:
 def code() -> Mapping[str, Any]:
     """Return the commit, whether the code differs from it, the lock's digest and the software."""
     lock = ROOT / "requirements.lock"
-    commit = _git("rev-parse", "HEAD")
-    changed = _git("status", "--porcelain", "--untracked-files=no", "--", *_WATCHED)
+    commit, dirty = _commit()
     return {
-        "commit": commit or UNKNOWN,
-        "dirty": bool(changed) if commit else None,
+        "commit": commit,
+        "dirty": dirty,
         "lock_sha256": hashlib.sha256(lock.read_bytes()).hexdigest() if lock.exists() else UNKNOWN,
         "environment": environment(),
     }
@@ -147,17 +147,36 @@ def _processor() -> str:
     return next(models, platform.machine())
 
 
-def _git(*words: str) -> str:
-    """Return what git says of the project, nothing where it is no checkout of its own."""
+def _commit() -> tuple[str, bool | None]:
+    """Return the project's commit and whether the code differs from it.
+
+    Outside a checkout the commit is `UNKNOWN`; where git cannot tell it, a line on standard error
+    says why.
+    """
     if not (ROOT / ".git").exists():
-        return ""
+        return UNKNOWN, None
     try:
-        found = subprocess.run(
-            ["git", "-C", str(ROOT), *words], capture_output=True, text=True, check=True, timeout=30
-        )
-    except (OSError, subprocess.SubprocessError):
-        return ""
-    return found.stdout.strip()
+        # Of a damaged checkout git would describe the one around it.
+        top, commit = _git("rev-parse", "--show-toplevel", "HEAD").splitlines()
+        if Path(top).resolve() != ROOT.resolve():
+            raise ValueError(f"git takes {top} for the checkout")
+        changed = _git("status", "--porcelain", "--untracked-files=no", "--", *_WATCHED)
+    except (OSError, ValueError, subprocess.SubprocessError) as error:
+        reason = " ".join(str(getattr(error, "stderr", None) or error).split())
+        print(f"warning: results will not name their commit: {reason}", file=sys.stderr)
+        return UNKNOWN, None
+    return commit, bool(changed)
+
+
+def _git(*arguments: str) -> str:
+    """Return what git says of the project's own checkout, whoever owns it, without changing it."""
+    # Hooks and rebases set GIT_DIR and others, which would make git look at another repository.
+    own = {key: value for key, value in os.environ.items() if not key.startswith("GIT_")}
+    settings = ("-c", f"safe.directory={ROOT.resolve()}", "-c", "core.fsmonitor=false")
+    command = ["git", "--no-optional-locks", *settings, "-C", str(ROOT), *arguments]
+    return subprocess.run(
+        command, env=own, capture_output=True, text=True, check=True, timeout=30
+    ).stdout.strip()
 
 
 def _stamp(moment: datetime) -> str:

@@ -21,7 +21,7 @@ from softslip.config.scenario import load_scenario
 from softslip.config.stages import STAGES, stage_ids, stage_parameters
 from softslip.errors import ConfigError, DatasetError
 from softslip.files.storage import RECORD_DIGEST, read_dataset, write_dataset
-from softslip.provenance.attribution import Work
+from softslip.provenance.attribution import Job
 from softslip.provenance.catalogue.results import BY_BEGINNING, open_results, scenario_results
 from softslip.provenance.fingerprints import ENTRIES, modules_of
 
@@ -45,7 +45,7 @@ def given(roughness, stress):
 def write_run(folder, parameters, stage="shear", records=None, restarts=0):
     """Write what a stage of a run leaves, and return its name."""
     run = stage_ids(parameters)[stage]
-    labels = Work().labels([], fingerprint="f" * 16, seed=1, restarts=restarts, core_seconds=2.5)
+    labels = Job().labels([], fingerprint="f" * 16, seed=1, restarts=restarts, core_seconds=2.5)
     dataset = (xr.Dataset({"x": ("y", [1.0])}) if records is None else records).assign_attrs(
         parameters=stage_parameters(parameters, stage), parent="ab" * 8, **labels
     )

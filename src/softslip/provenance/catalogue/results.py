@@ -325,7 +325,7 @@ class Results:
     def gathered(self, table: TableName = "flow_curve") -> tuple[xr.Dataset, list[xr.Dataset]]:
         """Return what `dataset` does, and the labels of each run that it was made from.
 
-        The labels are datasets without data, as `provenance.attribution.Work.labels` wants them.
+        The labels are datasets without data, as `provenance.attribution.Job.labels` wants them.
         """
         check_table(table)
         for run in self._chosen:
