@@ -209,13 +209,7 @@ def dataset_table(path: Path, variable: str | None = None) -> Table:
 
 
 def _with_error(dataset: xr.Dataset, variable: str, path: Path) -> list[str]:
-    """Return the names of a variable and its error.
-
-    Raises
-    ------
-    DatasetError
-        When there is no such variable.
-    """
+    """Return the names of a variable and its error."""
     names = list(map(str, dataset.variables))
     if variable not in names:
         near = get_close_matches(variable, names, n=3)
@@ -297,13 +291,7 @@ def figure_table(path: Path, results: Path | None = None) -> tuple[Table, tuple[
 
 
 def _found(figure: Path, parent: Parent, results: Path | None) -> xr.Dataset:
-    """Return a dataset that a figure was drawn from.
-
-    Raises
-    ------
-    DatasetError
-        When it is not to be found, or damaged.
-    """
+    """Return a dataset that a figure was drawn from."""
     folders = _folders(figure, parent) if results is None else [results]
     product = next(_candidates(folders, parent), None)
     if product is None:

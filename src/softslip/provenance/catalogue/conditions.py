@@ -1,11 +1,12 @@
 """Conditions on named values, such as ``roughness == 0 and stress > 0.1``.
 
-The grammar is a small part of Python's expressions: ``== != < <= > >=``, ``in`` and ``not in``,
-``and or not``, parentheses, chains such as ``0.1 < stress <= 0.5``, numbers, quoted text, ``True``,
-``False`` and ``None``. Python only parses it; nothing is ever run.
+Written as in Python: ``== != < <= > >=``, ``in``, ``not in``, ``and or not``, parentheses, chains
+such as ``0.1 < stress <= 0.5``, numbers, quoted text, ``True``, ``False`` and ``None``. Python only
+parses them; nothing is run.
 
-What something has no value for is neither true nor false: a condition on it holds nowhere, its
-opposite neither, unless the rest decides.
+What has no value is neither true nor false: a condition on it holds nowhere, its opposite neither,
+unless the rest decides. (That, dotted names and digests that are given by their first digits are
+what `pandas.DataFrame.query` lacks.)
 """
 
 import ast
@@ -14,7 +15,6 @@ import warnings
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
-from functools import partial
 from typing import Any
 
 from softslip.errors import ConfigError
@@ -28,28 +28,25 @@ DEEPEST = 60
 
 EXAMPLE = "roughness == 0 and stress > 0.1"
 
-Names = Mapping[str, Any]
-Verdict = bool | None
-Part = Callable[[Names], Any]
-
 MISSING = object()
 """The value of something that has none."""
 
-_ORDER: Mapping[type[ast.cmpop], tuple[str, Callable[[Any, Any], bool]]] = {
-    ast.Lt: ("<", operator.lt),
-    ast.LtE: ("<=", operator.le),
-    ast.Gt: (">", operator.gt),
-    ast.GtE: (">=", operator.ge),
+_ORDERS: Mapping[type[ast.cmpop], Callable[[Any, Any], bool]] = {
+    ast.Lt: operator.lt,
+    ast.LtE: operator.le,
+    ast.Gt: operator.gt,
+    ast.GtE: operator.ge,
 }
-_SAME: Mapping[type[ast.cmpop], str] = {ast.Eq: "==", ast.NotEq: "!="}
-_AMONG: Mapping[type[ast.cmpop], str] = {ast.In: "in", ast.NotIn: "not in"}
-_WORDS: Mapping[str, Any] = {"true": True, "false": False, "null": None}
-"""YAML's words for what Python writes otherwise."""
+_YAML: Mapping[str, Any] = {"true": True, "false": False, "null": None}
+"""What YAML writes otherwise than Python."""
+
+_INSTEAD = {"&&": "and", "||": "or", "<>": "!=", "!": "not", "=": "=="}
+"""What people write who know other languages, and what it is here."""
 
 
 @dataclass(frozen=True)
 class Condition:
-    """Something that holds or does not.
+    """Something that holds or does not; see `parse`.
 
     Attributes
     ----------
@@ -61,9 +58,11 @@ class Condition:
 
     text: str
     names: frozenset[str]
-    _verdict: Part
+    _tree: ast.expr
+    _known: Collection[str]
+    _prefixes: Collection[str]
 
-    def holds(self, values: Names) -> bool:
+    def holds(self, values: Mapping[str, Any]) -> bool:
         """Return whether it is true of some values.
 
         Parameters
@@ -76,7 +75,7 @@ class Condition:
         ConfigError
             When things are compared that cannot be, such as a number with a text.
         """
-        return self._verdict(values) is True
+        return _Evaluation(self.text, self._known, self._prefixes, values).truth(self._tree) is True
 
 
 def parse(text: str, known: Collection[str], prefixes: Collection[str] = ()) -> Condition:
@@ -96,286 +95,193 @@ def parse(text: str, known: Collection[str], prefixes: Collection[str] = ()) -> 
     ConfigError
         In one sentence with the place at which it goes wrong and what could stand there.
     """
-    return _Reader(text, known, prefixes).read()
+    # A line's end within a text would be no text, and elsewhere a blank does as well.
+    text = " ".join(text.splitlines()).strip()
+    if not text:
+        raise ConfigError("query", "", "is empty", f"write for example {EXAMPLE}")
+    if len(text) > LONGEST:
+        limit = f"has more than {LONGEST} characters"
+        raise ConfigError("query", brief(text), limit, "ask for less at once")
+    tree = _tree(text)
+    # Every part is looked at even where there are no values, so that all of it is checked.
+    trial = _Evaluation(text, known, prefixes, {})
+    trial.truth(tree)
+    return Condition(text, frozenset(trial.names), tree, known, prefixes)
 
 
-class _Reader:
-    """Turns a condition's syntax tree into functions of the values."""
+def _tree(text: str) -> ast.expr:
+    try:
+        with warnings.catch_warnings():
+            # Python finds some of what is no condition odd, such as "1in x".
+            warnings.simplefilter("ignore")
+            return ast.parse(text, mode="eval").body
+    except SyntaxError as error:
+        place = min(max(error.offset or 1, 1), len(text) + 1)
+        near = text[max(place - 2, 0) : place + 1]
+        signs = (sign for sign in _INSTEAD if sign in near and not {"==", "!="} & {near[:2]})
+        sign = next(signs, None)
+        remedy = f"write {_INSTEAD[sign]} instead of {sign}" if sign else f"write as in {EXAMPLE}"
+        raise _error(text, place, "cannot be read", remedy) from None
+    except (ValueError, RecursionError, MemoryError):
+        limit, remedy = "cannot be read", f"write for example {EXAMPLE}"
+        raise ConfigError("query", brief(text), limit, remedy) from None
 
-    def __init__(self, text: str, known: Collection[str], prefixes: Collection[str]) -> None:
-        # A line's end within a text would be no text, and elsewhere a blank does as well.
-        self.text = " ".join(text.splitlines()).strip()
-        self.known = known
-        self.prefixes = prefixes
+
+def _error(text: str, place: int, limit: str, remedy: str) -> ConfigError:
+    at = f"{limit} at character {place}, {brief(text[place - 1 : place + 29] or 'the end')}"
+    return ConfigError("query", brief(text), at, remedy)
+
+
+@dataclass
+class _Evaluation:
+    """A condition's syntax tree with values for its names; a verdict of None is neither."""
+
+    text: str
+    known: Collection[str]
+    prefixes: Collection[str]
+    values: Mapping[str, Any]
+
+    def __post_init__(self) -> None:
         self.names: set[str] = set()
 
-    def read(self) -> Condition:
-        if not self.text:
-            raise self._error(None, "is empty", f"write for example {EXAMPLE}")
-        if len(self.text) > LONGEST:
-            raise self._error(None, f"has more than {LONGEST} characters", "ask for less at once")
-        verdict = self._truth(self._parsed(), 0)
-        return Condition(self.text, frozenset(self.names), verdict)
-
-    def _parsed(self) -> ast.expr:
-        try:
-            with warnings.catch_warnings():
-                # Of what Python finds odd, such as "1in x"; it is not told to anybody.
-                warnings.simplefilter("ignore")
-                return ast.parse(self.text, mode="eval").body
-        except SyntaxError as error:
-            place = min(max(error.offset or 1, 1), len(self.text) + 1)
-            raise self._at(place, "cannot be read", self._syntax_remedy(place)) from None
-        except (ValueError, RecursionError, MemoryError):
-            raise self._error(None, "cannot be read", f"write for example {EXAMPLE}") from None
-
-    def _syntax_remedy(self, place: int) -> str:
-        rest = self.text[place - 1 :]
-        if rest.startswith("=") and not rest.startswith("=="):
-            return "write == to compare"
-        for sign, word in (("&&", "and"), ("||", "or"), ("!", "not"), ("<>", "!=")):
-            if rest.startswith(sign) or self.text[max(place - 2, 0) :].startswith(sign):
-                return f"write {word} instead of {sign}"
-        return f"write for example {EXAMPLE}, and texts in quotes"
-
-    def _truth(self, node: ast.expr, depth: int) -> Part:
-        """Return the function that says whether a part is true: True, False or None."""
+    def truth(self, node: ast.expr, depth: int = 0) -> bool | None:
+        """Return whether a part is true."""
         if depth > DEEPEST:
-            raise self._error(node, "is nested too deeply", f"at most {DEEPEST} levels are read")
-        if isinstance(node, ast.BoolOp):
-            parts = tuple(self._truth(each, depth + 1) for each in node.values)
-            return partial(_any if isinstance(node.op, ast.Or) else _all, parts)
-        if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
-            return partial(_not, self._truth(node.operand, depth + 1))
-        if isinstance(node, ast.Compare):
-            return self._chain(node)
-        if isinstance(node, ast.Constant) and isinstance(node.value, bool):
-            return partial(_constant, node.value)
-        if isinstance(node, ast.Name | ast.Attribute):
-            return partial(self._flag, node, self._name(node))
+            raise self._error(node, "is nested too deeply", f"write at most {DEEPEST} levels")
+        match node:
+            case ast.BoolOp(op=kind, values=parts):
+                verdicts = [self.truth(part, depth + 1) for part in parts]
+                return _decided(verdicts, isinstance(kind, ast.Or))
+            case ast.UnaryOp(op=ast.Not(), operand=part):
+                return _opposite(self.truth(part, depth + 1))
+            case ast.Compare(left=first, ops=kinds, comparators=others):
+                links = zip([first, *others], kinds, others, strict=False)
+                return _decided([self._link(node, *link) for link in links], False)
+            case ast.Constant(value=bool() as value):
+                return value
+            case ast.Name() | ast.Attribute():
+                value = self._named(node)
+                if value is MISSING or value is None or isinstance(value, bool):
+                    return None if value is MISSING else value
+                limit = f"stands alone and is no flag but {brief(value)}"
+                raise self._error(node, limit, "compare it")
         raise self._refused(node)
 
-    def _flag(self, node: ast.expr, name: str, values: Names) -> Verdict:
-        value = values.get(name, MISSING)
-        if value is MISSING or value is None:
-            return None
-        if isinstance(value, bool):
-            return value
-        raise self._error(node, f"stands alone and is no flag but {brief(value)}", "compare it")
+    def _link(
+        self, whole: ast.expr, left: ast.expr, kind: ast.cmpop, right: ast.expr
+    ) -> bool | None:
+        one = self._value(left)
+        by_beginning = self._is_prefix(left) != self._is_prefix(right)
+        match kind:
+            case ast.In() | ast.NotIn():
+                among = self._among(whole, one, self._listed(whole, right), by_beginning)
+                return among if isinstance(kind, ast.In) else _opposite(among)
+            case ast.Eq() | ast.NotEq():
+                same = self._same(whole, one, self._value(right), by_beginning)
+                return same if isinstance(kind, ast.Eq) else _opposite(same)
+            case ast.Lt() | ast.LtE() | ast.Gt() | ast.GtE():
+                other = self._value(right)
+                if any(each is MISSING or each is None for each in (one, other)):
+                    return None
+                self._check_kinds(whole, one, other)
+                if isinstance(one, bool):
+                    raise self._error(whole, "orders flags", "compare flags by ==")
+                return _ORDERS[type(kind)](one, other)
+        raise self._error(whole, "compares with 'is'", "write == or !=")
 
-    def _chain(self, node: ast.Compare) -> Part:
-        sides = [node.left, *node.comparators]
-        links = tuple(
-            self._link(node, kind, left, right)
-            for kind, left, right in zip(node.ops, sides, sides[1:], strict=False)
-        )
-        return partial(_all, links)
+    def _is_prefix(self, node: ast.expr) -> bool:
+        return isinstance(node, ast.Name | ast.Attribute) and ast.unparse(node) in self.prefixes
 
-    def _link(self, node: ast.Compare, kind: ast.cmpop, left: ast.expr, right: ast.expr) -> Part:
-        if type(kind) in _AMONG:
-            among = partial(self._among, node, self._value(left), self._list(right))
-            if isinstance(left, ast.Name | ast.Attribute):
-                among.keywords["by_prefix"] = self._name(left) in self.prefixes
-            return partial(_not, among) if isinstance(kind, ast.NotIn) else among
-        if type(kind) in _SAME:
-            same = partial(self._same, node, self._value(left), self._value(right))
-            same.keywords["by_prefix"] = self._begins(left, right)
-            return partial(_not, same) if isinstance(kind, ast.NotEq) else same
-        if type(kind) in _ORDER:
-            return partial(self._ordered, node, type(kind), self._value(left), self._value(right))
-        raise self._error(node, "compares with 'is'", "write == or !=")
-
-    def _begins(self, left: ast.expr, right: ast.expr) -> bool:
-        """Return whether two sides are compared by their beginning: a name that allows it."""
-        names = [each for each in (left, right) if isinstance(each, ast.Name | ast.Attribute)]
-        return len(names) == 1 and self._name(names[0]) in self.prefixes
-
-    def _value(self, node: ast.expr) -> Part:
-        """Return the function that gives the value of one side of a comparison."""
-        if isinstance(node, ast.Name | ast.Attribute):
-            dotted = _dotted(node)
-            if dotted is not None and dotted in _WORDS and dotted not in self.known:
-                return partial(_constant, _WORDS[dotted])
-            return partial(_looked_up, self._name(node))
-        return partial(_constant, self._literal(node))
-
-    def _literal(self, node: ast.expr) -> Any:
-        if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.UAdd):
-            inner = node.operand
-            value = self._literal(inner) if isinstance(inner, ast.Constant) else None
-            if isinstance(value, int | float) and not isinstance(value, bool):
-                return -value if isinstance(node.op, ast.USub) else value
-        if isinstance(node, ast.Constant) and (
-            node.value is None or isinstance(node.value, bool | str) or _is_number(node.value)
-        ):
-            return node.value
+    def _value(self, node: ast.expr) -> Any:
+        """Return the value of one side of a comparison."""
+        match node:
+            case ast.Constant(value=None | bool() | int() | float() | str() as value):
+                return value
+            case ast.UnaryOp(
+                op=ast.USub() | ast.UAdd() as sign,
+                operand=ast.Constant(value=int() | float() as number),
+            ) if not isinstance(number, bool):
+                return -number if isinstance(sign, ast.USub) else number
+            case ast.Name() | ast.Attribute():
+                return self._named(node)
         raise self._refused(node)
 
-    def _list(self, node: ast.expr) -> Part:
-        """Return the function that gives what stands right of ``in``."""
+    def _named(self, node: ast.Name | ast.Attribute) -> Any:
+        """Return the value of a name."""
+        name = ast.unparse(node)
+        if name in self.known:
+            self.names.add(name)
+            return self.values.get(name, MISSING)
+        if name in _YAML:
+            return _YAML[name]
+        known, leaf = sorted(self.known), name.rpartition(".")[2]
+        near = get_close_matches(name, known, n=3)
+        near += [each for each in known if each.endswith(f".{leaf}")][:3]
+        choice = f"did you mean {', '.join(dict.fromkeys(near))}?" if near else ""
+        remedy = choice or f"the names are {', '.join(known)}"
+        raise self._error(node, f"asks for {key_text(name)}, which is unknown", remedy)
+
+    def _listed(self, whole: ast.expr, node: ast.expr) -> Any:
+        """Return what stands right of ``in``: a list, or `MISSING`."""
         if isinstance(node, ast.Tuple | ast.List | ast.Set):
-            return partial(_constant, [self._literal(each) for each in node.elts])
-        if isinstance(node, ast.Name | ast.Attribute):
-            return partial(_looked_up, self._name(node))
-        # One value in parentheses is no list in Python, but is meant as one.
-        return partial(_constant, [self._literal(node)])
+            return [self._value(each) for each in node.elts]
+        value = self._value(node)
+        if not isinstance(node, ast.Name | ast.Attribute):
+            # One value in parentheses is no list in Python, but is meant as one.
+            return [value]
+        if value is not MISSING and not isinstance(value, list | tuple):
+            limit = f"looks into {brief(value)}, which is no list"
+            raise self._error(whole, limit, "write ==")
+        return value
 
-    def _name(self, node: ast.Name | ast.Attribute) -> str:
-        """Return a name that is known.
+    def _among(self, whole: ast.expr, one: Any, listed: Any, by_beginning: bool) -> bool | None:
+        if one is MISSING or listed is MISSING:
+            return None
+        return any([self._same(whole, one, each, by_beginning) for each in listed])
 
-        Raises
-        ------
-        ConfigError
-            When it is not.
-        """
-        name = _dotted(node)
-        if name is None:
-            raise self._refused(node)
-        if name not in self.known:
-            near = get_close_matches(name, sorted(self.known), n=3, cutoff=0.6)
-            leaf = name.rpartition(".")[2]
-            near += [each for each in sorted(self.known) if each.endswith(f".{leaf}")][:3]
-            choice = ", ".join(dict.fromkeys(near)) or ", ".join(sorted(self.known))
-            words = "did you mean" if near else "the names are"
-            end = "?" if near else ""
-            raise self._error(
-                node, f"asks for {key_text(name)}, which is unknown", f"{words} {choice}{end}"
-            )
-        self.names.add(name)
-        return name
-
-    def _same(
-        self, node: ast.expr, left: Part, right: Part, values: Names, *, by_prefix: bool
-    ) -> Verdict:
-        return self._equal(node, left(values), right(values), by_prefix=by_prefix)
-
-    def _equal(self, node: ast.expr, one: Any, other: Any, *, by_prefix: bool) -> Verdict:
+    def _same(self, whole: ast.expr, one: Any, other: Any, by_beginning: bool) -> bool | None:
         if one is MISSING or other is MISSING:
             return None
         if one is None or other is None:
             return one is other
-        self._comparable(node, one, other)
-        if by_prefix:
-            longer, shorter = sorted((one, other), key=len, reverse=True)
+        self._check_kinds(whole, one, other)
+        if by_beginning:
+            shorter, longer = sorted((one, other), key=len)
             return bool(shorter) and bool(longer.startswith(shorter))
         return bool(one == other)
 
-    def _among(
-        self, node: ast.expr, left: Part, right: Part, values: Names, *, by_prefix: bool = False
-    ) -> Verdict:
-        one, listed = left(values), right(values)
-        if one is MISSING or listed is MISSING:
-            return None
-        if not isinstance(listed, list | tuple):
-            raise self._error(node, f"looks into {brief(listed)}, which is no list", "write ==")
-        found = [self._equal(node, one, each, by_prefix=by_prefix) for each in listed]
-        return any(found)
-
-    def _ordered(
-        self, node: ast.expr, kind: type[ast.cmpop], left: Part, right: Part, values: Names
-    ) -> Verdict:
-        one, other = left(values), right(values)
-        if any(each is MISSING or each is None for each in (one, other)):
-            return None
-        self._comparable(node, one, other)
-        sign, before = _ORDER[kind]
-        if isinstance(one, bool):
-            raise self._error(node, f"orders flags by {sign}", "compare flags by ==")
-        return bool(before(one, other))
-
-    def _comparable(self, node: ast.expr, one: Any, other: Any) -> None:
-        """Refuse to compare values of two kinds.
-
-        Raises
-        ------
-        ConfigError
-            When they are of two kinds.
-        """
+    def _check_kinds(self, whole: ast.expr, one: Any, other: Any) -> None:
+        """Refuse to compare values of two kinds."""
         if _kind(one) != _kind(other):
             limit = f"compares {brief(one)}, {_kind(one)}, with {brief(other)}, {_kind(other)}"
-            raise self._error(node, limit, "compare like with like, texts in quotes")
+            raise self._error(whole, limit, "compare like with like, texts in quotes")
 
     def _refused(self, node: ast.expr) -> ConfigError:
-        what = _KINDS.get(type(node), "something else than names and values")
+        match node:
+            case ast.BinOp(op=ast.BitAnd()):
+                return self._error(node, "has &", "write and instead")
+            case ast.BinOp(op=ast.BitOr()):
+                return self._error(node, "has |", "write or instead")
         remedy = f"use ==, !=, <, <=, >, >=, in, and, or and not, as in {EXAMPLE}"
-        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.BitAnd | ast.BitOr):
-            sign, word = ("&", "and") if isinstance(node.op, ast.BitAnd) else ("|", "or")
-            what, remedy = f"has {sign}", f"write {word} instead"
-        return self._error(node, what, remedy)
+        return self._error(node, "has something else than comparisons of names and values", remedy)
 
-    def _error(self, node: ast.expr | None, limit: str, remedy: str) -> ConfigError:
-        if node is None:
-            return ConfigError("query", brief(self.text), limit, remedy)
+    def _error(self, node: ast.expr, limit: str, remedy: str) -> ConfigError:
         # Offsets count bytes.
         before = self.text.encode()[: node.col_offset].decode("utf-8", "replace")
-        return self._at(len(before) + 1, limit, remedy)
-
-    def _at(self, place: int, limit: str, remedy: str) -> ConfigError:
-        there = self.text[place - 1 : place + 29] or "the end"
-        told = f"{limit} at character {place}, {brief(there)}"
-        return ConfigError("query", brief(self.text), told, remedy)
-
-
-_KINDS: Mapping[type[ast.expr], str] = {
-    ast.Call: "has a call",
-    ast.Subscript: "has brackets after a name",
-    ast.BinOp: "has arithmetic",
-    ast.Lambda: "has a lambda",
-    ast.IfExp: "has a choice",
-    ast.NamedExpr: "assigns",
-    ast.JoinedStr: "has a formatted text",
-    ast.Tuple: "has a list where none belongs",
-    ast.List: "has a list where none belongs",
-    ast.Attribute: "looks into something that is no name",
-    ast.Constant: "has a value that is compared with nothing, or of a kind that no name has",
-}
-
-
-def _dotted(node: ast.expr) -> str | None:
-    """Return a name with dots, None for anything else."""
-    parts: list[str] = []
-    while isinstance(node, ast.Attribute):
-        parts.append(node.attr)
-        node = node.value
-    if not isinstance(node, ast.Name):
-        return None
-    return ".".join([node.id, *reversed(parts)])
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
+        return _error(self.text, len(before) + 1, limit, remedy)
 
 
 def _kind(value: object) -> str:
-    if isinstance(value, bool):
-        return "a flag"
-    if isinstance(value, str):
-        return "a text"
-    return "a number" if _is_number(value) else "a list"
+    kinds = {bool: "a flag", str: "a text", int | float: "a number", object: "a list"}
+    return next(name for kind, name in kinds.items() if isinstance(value, kind))
 
 
-def _constant(value: Any, values: Names) -> Any:
-    return value
-
-
-def _looked_up(name: str, values: Names) -> Any:
-    return values.get(name, MISSING)
-
-
-def _not(part: Part, values: Names) -> Verdict:
-    verdict = part(values)
+def _opposite(verdict: bool | None) -> bool | None:
     return None if verdict is None else not verdict
 
 
-def _all(parts: tuple[Part, ...], values: Names) -> Verdict:
-    verdicts = [part(values) for part in parts]
-    if False in verdicts:
-        return False
-    return None if None in verdicts else True
-
-
-def _any(parts: tuple[Part, ...], values: Names) -> Verdict:
-    verdicts = [part(values) for part in parts]
-    if True in verdicts:
-        return True
-    return None if None in verdicts else False
+def _decided(verdicts: Collection[bool | None], deciding: bool) -> bool | None:
+    """Return what ``and`` (False decides) or ``or`` (True decides) makes of some verdicts."""
+    if deciding in verdicts:
+        return deciding
+    return None if None in verdicts else not deciding

@@ -252,13 +252,7 @@ class Results:
         return [{name: each.get(name) for name in wanted} for each in every]
 
     def _check_name(self, name: str) -> None:
-        """Refuse what is no name.
-
-        Raises
-        ------
-        ConfigError
-            With those that are like it, or all.
-        """
+        """Refuse what is no name."""
         if name not in self.names:
             near = shared_leaves().get(name) or get_close_matches(name, self.names)
             remedy = f"did you mean {', '.join(near)}?" if near else f"use {', '.join(self.names)}"

@@ -213,13 +213,7 @@ def with_file(run: StoredRun) -> StoredRun:
 
 
 def _object(path: Path, attributes: Mapping[str, Any], name: str) -> dict[str, Any]:
-    """Return an attribute that is a JSON object; an empty one where there is none.
-
-    Raises
-    ------
-    DatasetError
-        When it is something else.
-    """
+    """Return an attribute that is a JSON object; an empty one where there is none."""
     try:
         found = json.loads(attributes.get(name, "{}"))
     except (TypeError, ValueError, RecursionError) as error:

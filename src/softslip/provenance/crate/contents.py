@@ -225,13 +225,7 @@ def collect(
 
 
 def _checked(each: Wanted, folder: Path, top: str) -> Result:
-    """Read a result and make sure that it is what its name says, and whole.
-
-    Raises
-    ------
-    DatasetError
-        When it is not, or does not say when and by what it was made.
-    """
+    """Read a result and make sure that it is what its name says, and whole."""
     path = folder / each.name
     file = item(f"{top}/{each.name}", path)
     if each.stage == FIGURE:
@@ -259,13 +253,7 @@ def _checked(each: Wanted, folder: Path, top: str) -> Result:
 
 
 def _check_parents(contents: Contents, result: Result) -> None:
-    """Refuse a result that was made from others than those that are there.
-
-    Raises
-    ------
-    DatasetError
-        When that is so.
-    """
+    """Refuse a result that was made from others than those that are there."""
     path = file_text(result.product.path)
     parents = result.product.parents
     for parent in parents:
@@ -294,13 +282,7 @@ def _is_missing(contents: Contents, parent: Parent) -> bool:
 
 
 def _project_files(project: Path) -> Iterator[Item]:
-    """Yield the workflow, its settings, and what belongs to the code: lock, licence, citation.
-
-    Raises
-    ------
-    ConfigError
-        When there is no workflow.
-    """
+    """Yield the workflow, its settings, and what belongs to the code: lock, licence, citation."""
     if not (project / "workflow" / "Snakefile").is_file():
         raise ConfigError(
             "workflow",

@@ -137,13 +137,7 @@ def write_archive(items: list[Item], path: Path) -> None:
 
 
 def _copy(each: Item, file: IO[bytes]) -> None:
-    """Write an item's bytes.
-
-    Raises
-    ------
-    StorageError
-        When they are no longer those that it was made of.
-    """
+    """Write an item's bytes."""
     digest = hashlib.sha256()
     for chunk in _chunks(each.source):
         digest.update(chunk)

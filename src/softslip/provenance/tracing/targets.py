@@ -82,13 +82,7 @@ def read_target(text: str) -> Target:
 
 
 def _coordinates(text: str) -> dict[str, str]:
-    """Return the coordinates between the brackets of a target.
-
-    Raises
-    ------
-    ConfigError
-        When they cannot be read, or name one twice.
-    """
+    """Return the coordinates between the brackets of a target."""
     found: dict[str, str] = {}
     for part in filter(None, (each.strip() for each in text.split(","))):
         name, equals, value = (each.strip() for each in part.partition("="))
@@ -203,13 +197,7 @@ def find_values(target: Target) -> Values:
 
 
 def _made_from(product: Product, target: Target, dataset: xr.Dataset) -> tuple[Product, xr.Dataset]:
-    """Return the one dataset beside another that is made from it and has a variable.
-
-    Raises
-    ------
-    ConfigError
-        When there is none, or more than one.
-    """
+    """Return the one dataset beside another that is made from it and has a variable."""
     known = set(map(str, dataset.data_vars))
     found: list[tuple[Product, xr.Dataset]] = []
     for path in sorted(target.path.parent.glob(f"*{DATASET}")):
@@ -239,13 +227,7 @@ def _listed(names: list[str]) -> str:
 
 
 def _chosen(dataset: xr.Dataset, variable: str, name: str, text: str) -> Iterator[tuple[str, int]]:
-    """Yield the dimension and place of a coordinate; nothing where all runs share its value.
-
-    Raises
-    ------
-    ConfigError
-        When the variable has no such coordinate, or that no such value.
-    """
+    """Yield the dimension and place of a coordinate; nothing where all runs share its value."""
     dims = [str(dim) for dim in dataset[variable].dims]
     shared = {str(key) for key, each in dataset.coords.items() if not each.dims}
     if name not in dims and name not in shared:
