@@ -2,6 +2,7 @@
 
 import functools
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -189,3 +190,35 @@ def test_a_folder_that_is_not_there_is_refused_in_one_line(results: Path, tmp_pa
     result = CliRunner().invoke(app, [small_results.source(results), "--results", nowhere])
     assert result.exit_code == 1
     assert result.stderr.startswith(f"DatasetError: {nowhere}: is no folder")
+
+
+@pytest.mark.parametrize("closed", ["shear", ".", "figures"])
+def test_a_folder_that_may_not_be_read_is_a_problem_and_nothing_in_it_is_missing(
+    results: Path, monkeypatch: pytest.MonkeyPatch, closed: str
+) -> None:
+    folder, original = results / closed, os.scandir
+
+    def refusing(path: Any) -> Any:
+        if Path(path) == folder:
+            raise PermissionError(13, "Permission denied", str(path))
+        return original(path)
+
+    monkeypatch.setattr(os, "scandir", refusing)
+    result = call(results)
+    assert result.exit_code == 1
+    assert [closed, "problem"] in [row[:2] for row in rows(result.stdout)]
+    assert "cannot be read (Permission denied)" in result.stdout
+    assert "1 with problems, 0 missing" in result.stdout.splitlines()[-1]
+
+
+def test_results_inside_a_folder_of_another_user_are_refused_in_one_line(
+    results: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refusing(path: Path) -> bool:
+        raise PermissionError(13, "Permission denied", str(path))
+
+    with monkeypatch.context() as closed:
+        closed.setattr(Path, "is_dir", refusing)
+        result = call(results)
+    assert result.exit_code == 1
+    assert result.stderr == f"DatasetError: {results}: cannot be read (Permission denied)\n"

@@ -267,7 +267,7 @@ def test_the_datasets_of_a_figure_that_was_moved_are_found_where_they_are_said_t
     assert figure_table(alone)[0].title == "creep of desk"
 
 
-def test_a_dataset_that_was_made_anew_is_not_the_figures(moved):
+def test_a_dataset_that_was_replaced_is_not_the_figures(moved):
     curve = read_dataset(moved / "flow_curve.nc", stage="flow_curve")
     changed = curve.assign(shear_stress=curve["shear_stress"] * 2)
     put(changed, moved / "flow_curve.nc", "flow_curve")

@@ -14,8 +14,9 @@ from softslip.analysis.figures import save_figure
 from softslip.errors import DatasetError
 from softslip.files.stamps import FIGURE
 from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST, write_dataset
+from softslip.provenance.archive import Archive
 from softslip.provenance.attribution import Job, parents_of
-from softslip.provenance.lineage import Archive, Parent, read_product
+from softslip.provenance.lineage import Parent, read_product
 
 RUN = "ab" * 8
 

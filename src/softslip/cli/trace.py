@@ -276,8 +276,8 @@ def _reason(part: "Part") -> str:
 
 def _headline(found: "Trace", group: "Group") -> str:
     """Return a group in one line."""
+    from softslip.provenance.archive import FOUND
     from softslip.provenance.tracing.origins import listed
-    from softslip.provenance.tracing.trace import FOUND
 
     count, first = len(group.nodes), group.nodes[0]
     if count == 1:

@@ -29,7 +29,8 @@ from softslip.files.products import FIGURES
 from softslip.files.stamps import FORMATS, check_figure, read_labels
 from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST, VOLATILE, read_dataset, replacing
 from softslip.messages import file_text, printable
-from softslip.provenance.lineage import Archive, Parent, Product, read_product
+from softslip.provenance.archive import REPLACED, Archive
+from softslip.provenance.lineage import Parent, read_product
 
 PANEL, SERIES = "panel", "series"
 """Columns that say where in a figure a point is."""
@@ -293,11 +294,11 @@ def figure_table(path: Path, results: Path | None = None) -> tuple[Table, tuple[
 def _found(figure: Path, parent: Parent, results: Path | None) -> xr.Dataset:
     """Return a dataset that a figure was drawn from."""
     folders = _folders(figure, parent) if results is None else [results]
-    product = next(_candidates(folders, parent), None)
+    places = [Archive(folder).locate(parent) for folder in folders]
+    product = next((each.product for each in places if each.product is not None), None)
     if product is None:
-        others = [Archive(folder).place(parent) for folder in folders]
-        newer = next((each for each in others if each.exists()), None)
-        there = f" ({file_text(newer)} is another version: draw the figure anew)" if newer else ""
+        newer = next((each.path for each in places if each.state == REPLACED), None)
+        there = f" ({file_text(newer)} is another version: draw the figure again)" if newer else ""
         raise DatasetError(
             f"{file_text(figure)}: was drawn from {printable(parent.stage)} "
             f"{printable(parent.run)} with {CONTENT_DIGEST} {printable(parent.content)[:16]}..., "
@@ -319,21 +320,6 @@ def _named_results(parent: Parent) -> list[Path]:
     """Return the usual folder of a scenario's results, if there is one below the current folder."""
     usual = Path("results") / Path(parent.run).name
     return [usual] if usual.is_dir() else []
-
-
-def _candidates(folders: Sequence[Path], parent: Parent) -> Iterator[Product]:
-    """Yield what has a parent's content: first from the usual places, then from anywhere."""
-    for folder in folders:
-        try:
-            usual = read_product(Archive(folder).place(parent))
-        except DatasetError:
-            continue
-        if usual.content == parent.content:
-            yield usual
-    for folder in folders:
-        anywhere = Archive(folder).find(parent)
-        if anywhere is not None:
-            yield anywhere
 
 
 def _changes(path: Path, labels: Mapping[str, Any], drawn: Any) -> tuple[str, ...]:

@@ -1,13 +1,11 @@
-"""Results as a graph: which file was made from which, told from the labels that they carry."""
+"""What a file of results says that it was made from, read from its labels."""
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from softslip.config.stages import STAGES
 from softslip.errors import DatasetError
 from softslip.files.labels import LABELS, text_attributes
 from softslip.files.layout import DATASET
@@ -143,55 +141,3 @@ def _product(path: Path, labels: Mapping[str, Any]) -> Product:
 
 def _mapping(value: Any) -> dict[str, Any]:
     return dict(json.loads(value) if isinstance(value, str) else value)
-
-
-class Archive:
-    """The results in a folder, found by what others say that they were made from.
-
-    Parameters
-    ----------
-    folder
-        Of a scenario's results, or any folder with results below it.
-    """
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-
-    @cached_property
-    def files(self) -> tuple[Path, ...]:
-        """Every file that may be a result, sorted by its path."""
-        suffixes = (DATASET, *FORMATS)
-        found = (path for path in self.folder.rglob("*") if path.suffix in suffixes)
-        return tuple(sorted(path for path in found if path.is_file() and path.name[0] != "."))
-
-    def products(self) -> Iterator[Product | DatasetError]:
-        """Yield what each file is, or why that cannot be told, in the order of `files`."""
-        for path in self.files:
-            try:
-                yield read_product(path)
-            except DatasetError as error:
-                yield error
-
-    def find(self, parent: Parent) -> Product | None:
-        """Return the product that has a parent's content, None where there is none.
-
-        It is looked for where the workflow puts it, and then everywhere.
-        """
-        try:
-            usual = read_product(self.place(parent))
-        except DatasetError:
-            usual = None
-        if usual is not None and usual.content == parent.content:
-            return usual
-        return self._by_content.get(parent.content)
-
-    def place(self, parent: Parent) -> Path:
-        """Return where the workflow puts the dataset of a stage and run."""
-        if parent.stage in STAGES:
-            return self.folder / parent.stage / f"{parent.run}{DATASET}"
-        return self.folder / f"{parent.stage}{DATASET}"
-
-    @cached_property
-    def _by_content(self) -> dict[str, Product]:
-        every = [each for each in self.products() if isinstance(each, Product)]
-        return {each.content: each for each in reversed(every)}

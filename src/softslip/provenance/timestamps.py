@@ -8,7 +8,8 @@ import os
 from collections import defaultdict
 from pathlib import Path
 
-from softslip.provenance.lineage import Archive, Product
+from softslip.provenance.archive import Archive
+from softslip.provenance.lineage import Product
 
 
 def keep_in_order(results: Path, since: float) -> list[Path]:

@@ -21,6 +21,8 @@ from softslip.analysis.fits import fit_laws
 from softslip.config.stages import STAGES
 from softslip.errors import ConfigError, DatasetError
 from softslip.files.storage import read_dataset, write_dataset
+from softslip.provenance import archive
+from softslip.provenance.archive import FOUND, MISSING, REPLACED, UNREADABLE
 from softslip.provenance.tracing import trace as module
 from softslip.provenance.tracing.contributions import fitted_parts, law_of
 from softslip.provenance.tracing.diagrams import MOST_BOXES, diagram
@@ -34,10 +36,6 @@ from softslip.provenance.tracing.targets import (
     with_error,
 )
 from softslip.provenance.tracing.trace import (
-    FOUND,
-    MISSING,
-    REPLACED,
-    UNREADABLE,
     Node,
     Trace,
     results_folder,
@@ -391,7 +389,8 @@ def test_a_figure_leads_to_everything_behind_it(made: Results) -> None:
 def test_each_file_is_read_once(made: Results, monkeypatch: pytest.MonkeyPatch) -> None:
     read: list[Path] = []
     original = module.read_product
-    monkeypatch.setattr(module, "read_product", lambda path: read.append(path) or original(path))
+    for place in (module, archive):
+        monkeypatch.setattr(place, "read_product", lambda path: read.append(path) or original(path))
     found = trace(Target(made.folder / "figures" / "flow_curves.png"))
     assert len(read) == len(set(read)) == len(found.nodes)
 

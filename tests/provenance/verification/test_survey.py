@@ -32,6 +32,7 @@ from softslip.provenance.verification import (
     verify,
 )
 from softslip.provenance.verification.comparison import DIFFERS, EQUAL, WITHIN, Comparison, compare
+from softslip.provenance.verification.evidence import examine
 from softslip.provenance.verification.reexecution import (
     FAILED,
     STRETCH,
@@ -103,6 +104,21 @@ def test_no_byte_of_a_sealed_file_can_change(sealed: Path) -> None:
     sealed.write_bytes(content + b"\n")
     with pytest.raises(DatasetError, match=r"sealed\.nc"):
         check_seal(sealed)
+
+
+@pytest.mark.parametrize("pattern", ["shear/*.nc", "figures/*.png"])
+def test_a_file_that_may_not_be_read_is_unreadable(
+    results: Path, monkeypatch: pytest.MonkeyPatch, pattern: str
+) -> None:
+    def refusing(path: Path, *words: Any, **more: Any) -> Any:
+        raise PermissionError(13, "Permission denied", str(path))
+
+    path = only(results, pattern)
+    with monkeypatch.context() as closed:
+        closed.setattr(Path, "open", refusing)
+        found = examine(path)
+    assert (found.state, found.product) == ("unreadable", None)
+    assert found.problem == f"{path}: cannot be read (Permission denied)"
 
 
 def test_a_seal_that_need_not_be_there_must_be_right(sealed: Path) -> None:

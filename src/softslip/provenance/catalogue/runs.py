@@ -17,9 +17,11 @@ from softslip.config.parameters import Parameters
 from softslip.config.stages import STAGES
 from softslip.errors import DatasetError
 from softslip.files.labels import LABELS, text_attributes
+from softslip.files.layout import DATASET
 from softslip.files.products import TABLES
 from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST
 from softslip.messages import brief, file_text
+from softslip.provenance.archive import Archive
 
 LAST = STAGES[-1]
 """Stage whose runs are meant where nothing is said of stages."""
@@ -161,9 +163,11 @@ def read_folder(folder: Path) -> tuple[list[StoredRun], list[Mapping[str, Any]],
     """
     runs: dict[tuple[str, str], StoredRun] = {}
     tables: list[Mapping[str, Any]] = []
-    unreadable: list[str] = []
-    for path in sorted(folder.rglob("*.nc")):
-        if any(part.startswith(".") for part in path.relative_to(folder).parts):
+    archive = Archive(folder)
+    unreadable = [f"{problem}; it is left out" for problem in archive.closed_folders.values()]
+    for path in archive.files:
+        hidden = any(part.startswith(".") for part in path.relative_to(folder).parts)
+        if hidden or path.suffix != DATASET:
             continue
         try:
             attributes = text_attributes(path, LABELS)

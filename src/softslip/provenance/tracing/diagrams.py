@@ -8,9 +8,10 @@ from typing import Any
 from softslip.analysis.figures.drawing import named
 from softslip.analysis.figures.lineage import Box
 from softslip.config.stages import STAGES
+from softslip.provenance.archive import FOUND
 from softslip.provenance.tracing.origins import CHANGED, effort, listed, origin_of
 from softslip.provenance.tracing.targets import measured
-from softslip.provenance.tracing.trace import FOUND, Node, Trace
+from softslip.provenance.tracing.trace import Node, Trace
 
 MOST_BOXES = 60
 """Most boxes of a diagram whose runs are all drawn."""

@@ -1,7 +1,6 @@
 """From a figure, a dataset or a number back to all that it was made from."""
 
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from graphlib import CycleError, TopologicalSorter
@@ -10,18 +9,14 @@ from typing import Any
 
 from softslip.config.stages import STAGES
 from softslip.errors import DatasetError
-from softslip.files.layout import DATASET
-from softslip.files.stamps import FIGURE, FORMATS, check_figure
+from softslip.files.stamps import FIGURE, check_figure
 from softslip.files.storage import read_dataset
 from softslip.messages import file_text
-from softslip.provenance.lineage import Archive, Parent, Product, read_product
+from softslip.provenance.archive import FOUND, REPLACED, Archive
+from softslip.provenance.lineage import Parent, Product, read_product
 from softslip.provenance.tracing.contributions import RUN, Part, cells_of, fitted_parts, miscounted
 from softslip.provenance.tracing.origins import swept_values
 from softslip.provenance.tracing.targets import Target, Values, find_values
-
-FOUND, MISSING, REPLACED, UNREADABLE = "found", "missing", "replaced", "unreadable"
-"""Whether what a product says that it was made from is there: with that content, not at all, with
-other content in its place, or as a file that cannot be read."""
 
 LAST = STAGES[-1]
 """Stage of the runs that tables are gathered from."""
@@ -40,7 +35,7 @@ class Node:
     path
         Where it is, or where the workflow would put it.
     state
-        One of `FOUND`, `MISSING`, `REPLACED` and `UNREADABLE`.
+        See `provenance.archive.Whereabouts`.
     product
         What its file says, None unless it was found.
     remade
@@ -303,55 +298,16 @@ class _Walk:
         """Return the node of a parent, which is looked for the first time that it is met."""
         if parent.content in self.nodes:
             return self.nodes[parent.content]
-        product, state, problem = self._find(parent)
-        path = self.archive.place(parent) if product is None else product.path
-        remade = product is not None and parent.record not in ("", product.record)
-        node = Node(parent.content, parent.stage, parent.run, path, state, product, remade)
-        if problem:
-            problem += f"; make {child.label} again" * (state == REPLACED)
+        there = self.archive.locate(parent)
+        remade = there.product is not None and parent.record not in ("", there.product.record)
+        node = Node(
+            parent.content, parent.stage, parent.run, there.path, there.state, there.product, remade
+        )
+        if there.problem:
+            problem = there.problem + f"; make {child.label} again" * (there.state == REPLACED)
             sentence = f"{child.label} was made from {parent.stage} {parent.run}, but {problem}"
             self.problems.append((node.id, sentence))
         return self._add(node)
-
-    def _find(self, parent: Parent) -> tuple[Product | None, str, str]:
-        """Return a parent's product, its state, and what is wrong."""
-        place = self.archive.place(parent)
-        state, problem = MISSING, f"{file_text(place)} is not there"
-        if place.is_file():
-            try:
-                usual = read_product(place)
-            except DatasetError as error:
-                state, problem = UNREADABLE, str(error)
-            else:
-                if usual.content == parent.content:
-                    return usual, FOUND, ""
-                state, problem = REPLACED, f"{file_text(place)} now holds something else"
-        found = self._elsewhere(parent)
-        return (None, state, problem) if found is None else (found, FOUND, "")
-
-    def _elsewhere(self, parent: Parent) -> Product | None:
-        """Return the product in another place that has a parent's content.
-
-        Runs are known by the names of their files. Other results may have any name, and are few
-        beside the runs, which are not looked into for them.
-        """
-        if parent.stage in STAGES:
-            name = f"{parent.run}{DATASET}"
-            paths = [path for path in self.archive.files if path.name == name]
-            return _by_content(paths).get(parent.content)
-        found = self._figures if parent.stage == FIGURE else self._gathered
-        return found.get(parent.content)
-
-    @cached_property
-    def _gathered(self) -> dict[str, Product]:
-        """The datasets that are no run's, by their content."""
-        files = (path for path in self.archive.files if path.suffix == DATASET)
-        return _by_content(path for path in files if path.parent.name not in STAGES)
-
-    @cached_property
-    def _figures(self) -> dict[str, Product]:
-        """The figures by their content."""
-        return _by_content(path for path in self.archive.files if path.suffix in FORMATS)
 
 
 def _asked(child: Node, runs: set[str] | None) -> Iterator[Parent]:
@@ -359,13 +315,3 @@ def _asked(child: Node, runs: set[str] | None) -> Iterator[Parent]:
     for parent in () if child.product is None else child.product.parents:
         if runs is None or parent.stage != LAST or parent.run in runs:
             yield parent
-
-
-def _by_content(paths: Iterable[Path]) -> dict[str, Product]:
-    """Return the results among some files by their content, the first where there are several."""
-    found: dict[str, Product] = {}
-    for path in paths:
-        with suppress(DatasetError):
-            product = read_product(path)
-            found.setdefault(product.content, product)
-    return found

@@ -21,9 +21,10 @@ from softslip.files.layout import DATASET
 from softslip.files.products import FITS, SNAPSHOT, TABLES, wanted
 from softslip.files.stamps import FIGURE
 from softslip.messages import brief, file_text
+from softslip.provenance.archive import Archive, usual_place
 from softslip.provenance.attribution import UNKNOWN
 from softslip.provenance.fingerprints import fingerprint
-from softslip.provenance.lineage import Archive, Parent, Product
+from softslip.provenance.lineage import Parent, Product
 from softslip.provenance.verification.evidence import RIGHT, Evidence
 
 CODE = {**{stage: stage for stage in STAGES}, **dict.fromkeys(TABLES, "gather"), FITS: "fit"} | {
@@ -143,7 +144,8 @@ class Claims:
 
     def _place(self, product: Product) -> Iterator[str]:
         """Compare a file's name with what it holds."""
-        place = _usual_place(product)
+        suffix = product.path.suffix
+        place = usual_place(product.stage, product.run, product.title, suffix)
         name = product.path.relative_to(self.folder).as_posix()
         if name == place:
             return
@@ -235,7 +237,8 @@ class Claims:
     def _parent(self, product: Product, parent: Parent) -> Iterator[str]:
         """Compare what a product says of a parent with what is there."""
         place = self._archive.place(parent)
-        found, name = self.evidence.get(place), file_text(place)
+        # Of a folder that cannot be looked into the evidence is that of all in it.
+        found, name = self.evidence.get(place, self.evidence.get(place.parent)), file_text(place)
         if found is None:
             elsewhere = self._by_content.get(parent.content)
             if elsewhere is None:
@@ -264,17 +267,6 @@ class Claims:
             yield Remark(f"its parent {name} was made anew since, with the same content")
         else:
             yield f"its parent {name} has been changed since: its provenance is not what it was"
-
-
-def _usual_place(product: Product) -> str:
-    """Return where the workflow puts a product, below the folder of results."""
-    if product.stage in STAGES:
-        return f"{product.stage}/{product.run}{DATASET}"
-    if product.stage != FIGURE:
-        return f"{product.stage}{DATASET}"
-    if product.title == SNAPSHOT:
-        return f"figures/snapshots/{product.run}{product.path.suffix}"
-    return f"figures/{product.title}{product.path.suffix}"
 
 
 def _origin(product: Product) -> Iterator[str]:

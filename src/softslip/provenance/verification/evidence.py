@@ -14,10 +14,11 @@ from softslip.files.seals import check_seal
 from softslip.files.stamps import check_figure
 from softslip.files.storage import read_dataset
 from softslip.messages import file_text
+from softslip.provenance.archive import UNREADABLE
 from softslip.provenance.lineage import Product, product_of, read_product
 
-RIGHT, ALTERED, UNREADABLE = "right", "altered", "unreadable"
-"""What a file is by its seal, its digests and the schema of its stage."""
+RIGHT, ALTERED = "right", "altered"
+"""What a file is by its seal, its digests and the schema of its stage, unless `UNREADABLE`."""
 
 MARKS = ("parent", "mean_radius", "area_fraction")
 """Attributes of a run's dataset that follow from its parameters, and are kept for `claims`."""

@@ -22,8 +22,9 @@ from softslip.files.layout import CHECKPOINTS
 from softslip.files.products import FITS, TABLES
 from softslip.files.stamps import FIGURE
 from softslip.messages import file_text
+from softslip.provenance.archive import Archive
 from softslip.provenance.fingerprints import fingerprint
-from softslip.provenance.lineage import Archive, Product
+from softslip.provenance.lineage import Product
 from softslip.provenance.verification.comparison import DIFFERS, Comparison, Quantity, compare
 from softslip.provenance.verification.survey import Verdict, Verification
 from softslip.simulation.checkpoint import SUFFIX, read_header

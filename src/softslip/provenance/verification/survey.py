@@ -9,9 +9,10 @@ import softslip
 from softslip.config.scenario import Scenario
 from softslip.errors import DatasetError
 from softslip.messages import file_text
+from softslip.provenance.archive import UNREADABLE, Archive
 from softslip.provenance.environment import environment
 from softslip.provenance.fingerprints import fingerprints
-from softslip.provenance.lineage import Archive, Product
+from softslip.provenance.lineage import Product
 from softslip.provenance.verification.claims import Claims, expected
 from softslip.provenance.verification.evidence import Evidence, examine
 
@@ -139,23 +140,32 @@ def verify(scenario: Scenario, folder: Path, progress: Progress = _ignore) -> Ve
     DatasetError
         When there is no such folder.
     """
-    if not folder.is_dir():
+    try:
+        is_folder = folder.is_dir()
+    except OSError as error:
+        raise DatasetError(f"{file_text(folder)}: cannot be read ({error.strerror})") from error
+    if not is_folder:
         raise DatasetError(f"{file_text(folder)}: is no folder; run the scenario, or give another")
-    files = Archive(folder).files
+    archive = Archive(folder)
+    files = archive.files
     evidence: dict[Path, Evidence] = {}
     for number, path in enumerate(files):
         progress(number, len(files))
         evidence[path] = examine(path)
     progress(len(files), len(files))
+    for path, problem in archive.closed_folders.items():
+        evidence[path] = Evidence(path, UNREADABLE, problem)
     claims = Claims(scenario, folder, evidence)
     order = {name: place for place, name in enumerate(expected(scenario))}
     verdicts = sorted(
         _verdicts(claims), key=lambda each: (order.get(each.name, len(order)), each.name)
     )
     present = {each.name for each in verdicts}
-    return Verification(
-        scenario, folder, tuple(verdicts), tuple(name for name in order if name not in present)
-    )
+    # What lies in a folder that cannot be looked into may be there.
+    closed = tuple(f"{path.relative_to(folder).as_posix()}/" for path in archive.closed_folders)
+    everywhere = "./" in closed
+    missing = (name for name in order if name not in present and not name.startswith(closed))
+    return Verification(scenario, folder, tuple(verdicts), () if everywhere else tuple(missing))
 
 
 def _verdicts(claims: Claims) -> Iterator[Verdict]:
