@@ -3,7 +3,9 @@
 import io
 import json
 import os
+import socket
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -12,11 +14,14 @@ from rich.console import Console
 from runs_synthetic import CHECKPOINT_BYTES, Work
 from typer.testing import CliRunner, Result
 
+from softslip.cli import stages
 from softslip.cli import status as module
 from softslip.cli.status import app
 from softslip.config.scenario import Scenario
+from softslip.errors import NumericalError
+from softslip.operations.failures import failure_recorded
 from softslip.operations.lock import claim, holder_path, lock_path, run_lock
-from softslip.operations.status import Survey, survey
+from softslip.operations.status import ScenarioStatus, scenario_status
 
 UNKNOWN = "f" * 16
 
@@ -68,7 +73,7 @@ def test_runs_that_are_not_done_have_a_row_each(mixed: list[str], work: Work) ->
     text = said("status", work)
     assert not rows(text, done)
     (cells,) = rows(text, stopped)
-    expected = ["shear", stopped, "1", "0.5", "stopped", "3", "10", "30.0%", "200", "5"]
+    expected = ["shear", stopped, "1", "0.5", "interrupted", "3", "10", "30.0%", "200", "5"]
     assert cells == [*expected, "2.3 min", "5.0 min ago", "0", ""]
     (cells,) = rows(text, missing)
     assert cells == ["shear", missing, "2", "0.1", "missing", *[""] * 9]
@@ -80,7 +85,7 @@ def test_those_that_run_come_first(mixed: list[str], work: Work) -> None:
     states = [line.split("│")[5].strip() for line in text.splitlines() if line.count("│") == 15]
     assert [state for state in states if state] == [
         "running",
-        "stopped",
+        "interrupted",
         *["missing"] * 7,
         "done",
     ]
@@ -131,12 +136,12 @@ def test_json_says_the_same(mixed: list[str], scenario: Scenario, work: Work) ->
         found = json.loads(said("status", work, "--json"))
     assert found["scenario"] == "four"
     assert found["results"] == str(work.results)
-    counts = {"done": 1, "running": 1, "failed": 0, "stopped": 1, "missing": 1}
+    counts = {"done": 1, "running": 1, "failed": 0, "interrupted": 1, "missing": 1}
     assert found["stages"]["shear"] == counts
     assert list(found["stages"]["shear"]) == list(counts)
     assert {run["error"] for run in found["runs"]} == {None}
     by_run = {run["run"]: run for run in found["runs"] if run["stage"] == "shear"}
-    assert [by_run[run]["state"] for run in mixed] == ["done", "stopped", "running", "missing"]
+    assert [by_run[run]["state"] for run in mixed] == ["done", "interrupted", "running", "missing"]
     assert by_run[stopped]["coordinates"] == {"seed": 1, "stress": 0.5}
     progress = by_run[stopped]["progress"]
     assert (progress["time"], progress["fraction"], progress["remaining"]) == (3.0, 0.3, 140.0)
@@ -150,23 +155,53 @@ def test_json_says_the_same(mixed: list[str], scenario: Scenario, work: Work) ->
 def test_failed_runs_come_after_those_at_work_with_the_beginning_of_their_error(
     mixed: list[str], work: Work
 ) -> None:
-    error = "NumericalError: tether[3] at step 7: [bold] is not finite; lower time_stepping.step, "
-    error += "or raise what limits it"
-    path = work.results / "logs" / "shear" / f"{mixed[3]}.log"
-    path.parent.mkdir(parents=True)
-    path.write_text(error)
+    message = "[bold] is not finite; lower time_stepping.step, or raise what limits it"
+    error = f"NumericalError: tether[3] at step 7: {message}"
+    folder = work.folder("shear")
+    with suppress(NumericalError), failure_recorded(folder, mixed[3]):
+        raise NumericalError("tether", 3, 7, message)
     with run_lock(work.folder("shear"), mixed[2]):
         text = said("status", work)
         (told,) = [
             run for run in json.loads(said("status", work, "--json"))["runs"] if run["error"]
         ]
     states = [line.split("│")[5].strip() for line in text.splitlines() if line.count("│") == 15]
-    assert [state for state in states if state][:3] == ["running", "failed", "stopped"]
+    assert [state for state in states if state][:3] == ["running", "failed", "interrupted"]
     lines = text[text.index(mixed[3]) :].splitlines()
     remark = "".join(line.split("│")[-2].strip() for line in lines[:8] if line.count("│") > 5)
     assert remark.replace(" ", "").startswith("NumericalError:tether[3]atstep7:[bold]isnot")
     assert "or raise what limits it" not in " ".join(text.split())
     assert (told["run"], told["state"], told["error"]) == (mixed[3], "failed", error)
+    failure = told["failure"]
+    assert (failure["error"], failure["message"]) == (
+        "NumericalError",
+        f"tether[3] at step 7: {message}",
+    )
+    assert (failure["field"], failure["index"], failure["step"]) == ("tether", 3, 7)
+
+
+def test_a_stage_that_fails_records_why(scenario: Scenario, work: Work) -> None:
+    run, missing = runs(scenario, "expansion")[0], work.results / "none.nc"
+    output = work.results / "expansion" / f"{run}.nc"
+    words = ["--parent", str(missing), "--output", str(output)]
+    call = ["expansion", str(work.results.parent / "four.yaml"), run, *words]
+    result = CliRunner().invoke(stages.app, call, catch_exceptions=False)
+    assert result.exit_code == 1
+    (told,) = [run for run in json.loads(said("status", work, "--json"))["runs"] if run["error"]]
+    assert (told["run"], told["state"]) == (run, "failed")
+    assert told["error"] == result.stderr.strip()
+    assert told["error"].startswith("DatasetError: ")
+
+
+def test_a_killed_run_is_remarked(mixed: list[str], work: Work) -> None:
+    record = {"process": 2**22 + 1, "host": socket.gethostname(), "started": "2026-01-02T03:04:05Z"}
+    holder_path(work.folder("shear"), mixed[1]).write_text(json.dumps(record))
+    text = said("status", work)
+    assert f"process {2**22 + 1}" in text
+    assert "killed or crashed" in " ".join(text.split())
+    found = json.loads(said("status", work, "--json"))["runs"]
+    killed = {run["run"]: run["killed"] for run in found if run["killed"]}
+    assert {run: holder["process"] for run, holder in killed.items()} == {mixed[1]: 2**22 + 1}
 
 
 def test_of_many_missing_runs_only_the_first_are_listed(
@@ -175,11 +210,11 @@ def test_of_many_missing_runs_only_the_first_are_listed(
     monkeypatch.setattr(module, "MOST_MISSING", 3)
     work.stop("shear", runs(scenario)[3])
     text = said("status", work)
-    assert text.count(" missing │") == 3, text
-    assert rows(text, runs(scenario)[3])[0][4] == "stopped"
+    assert text.count("│ missing ") == 3, text
+    assert rows(text, runs(scenario)[3])[0][4] == "interrupted"
     assert "and 6 missing runs more; to list them all: --all" in text
     text = said("status", work, "--all")
-    assert text.count(" missing │") == 9
+    assert text.count("│ missing ") == 9
     assert "more" not in text
 
 
@@ -220,13 +255,13 @@ def test_on_a_terminal_the_sum_stays_in_sight(
     monkeypatch.setattr(module.time, "sleep", lambda seconds: work.finish("shear", UNKNOWN))
     looks = []
 
-    def look(scenario: Scenario, folder: Path) -> Survey:
+    def look(scenario: Scenario, folder: Path) -> ScenarioStatus:
         looks.append(folder)
         if len(looks) == 3:
             raise KeyboardInterrupt
-        return survey(scenario, folder)
+        return scenario_status(scenario, folder)
 
-    monkeypatch.setattr("softslip.operations.status.survey", look)
+    monkeypatch.setattr("softslip.operations.status.scenario_status", look)
     said("status", work, "--watch", "7")
     shown = screen.getvalue()
     assert len(looks) == 3
@@ -321,12 +356,12 @@ def test_a_run_that_starts_while_others_are_removed_keeps_everything(
 def test_a_finished_run_that_begins_anew_meanwhile_keeps_its_checkpoint(
     mixed: list[str], work: Work, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def look(scenario: Scenario, folder: Path) -> Survey:
-        found = survey(scenario, folder)
+    def look(scenario: Scenario, folder: Path) -> ScenarioStatus:
+        found = scenario_status(scenario, folder)
         (folder / "shear" / f"{mixed[0]}.nc").unlink()
         return found
 
-    monkeypatch.setattr("softslip.operations.status.survey", look)
+    monkeypatch.setattr("softslip.operations.status.scenario_status", look)
     before = names(work) - {f"{mixed[0]}.nc"}
     assert said("clean", work).startswith("removed 0 files")
     assert names(work) == before

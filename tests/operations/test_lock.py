@@ -210,7 +210,7 @@ def test_a_holder_that_cannot_be_read_is_still_refused_clearly(
     with claim(tmp_path, RUN):
         holder_path(tmp_path, RUN).write_bytes(content)
         text = refusal(tmp_path)
-        assert "no readable word" in text
+        assert "no readable name" in text
         assert f"fuser {lock_path(tmp_path, RUN)}" in text
         assert holder_of(tmp_path, RUN) == Holder()
     assert holder_of(tmp_path, RUN) is None
@@ -218,7 +218,7 @@ def test_a_holder_that_cannot_be_read_is_still_refused_clearly(
 
 def test_a_holder_that_left_no_word_is_still_refused_clearly(tmp_path: Path) -> None:
     with claim(tmp_path, RUN):
-        assert "no readable word" in refusal(tmp_path)
+        assert "no readable name" in refusal(tmp_path)
 
 
 @pytest.mark.parametrize("content", UNREADABLE[:3])
@@ -227,7 +227,7 @@ def test_a_dead_holder_that_cannot_be_read_is_taken_over(
 ) -> None:
     holder_path(tmp_path, RUN).write_bytes(content)
     with run_lock(tmp_path, RUN):
-        assert "no readable word" in capsys.readouterr().err
+        assert "no readable name" in capsys.readouterr().err
 
 
 def test_a_folder_that_cannot_be_is_refused_in_one_line(tmp_path: Path) -> None:

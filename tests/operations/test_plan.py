@@ -3,6 +3,7 @@
 import os
 import time
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +15,10 @@ from runs_synthetic import Work
 
 from softslip.config.scenario import Scenario, load_scenario
 from softslip.config.stages import STAGES
+from softslip.errors import NumericalError
 from softslip.operations import plan as module
 from softslip.operations.costs import shipped
+from softslip.operations.failures import failure_recorded
 from softslip.operations.lock import run_lock
 from softslip.operations.plan import Plan, StagePlan, Task, make_plan
 
@@ -197,9 +200,8 @@ def test_a_sound_checkpoint_is_gone_on_from(scenario: Scenario, work: Work, fail
     path_of(scenario, work, "shear").unlink()
     work.stop("shear", run, [(40.0, 2.0, 100), (60.0, 3.0, 200)], written=time.time() - 50)
     if failed:
-        log = work.results / "logs" / "shear" / f"{run}.log"
-        log.parent.mkdir(parents=True)
-        log.write_text("NumericalError: tether[0] at step 201: is not finite\n")
+        with suppress(NumericalError), failure_recorded(work.folder("shear"), run):
+            raise NumericalError("tether", 0, 201, "is not finite")
     made = make_plan(scenario, work.results)
     (task,) = [task for task in made.tasks if task.is_open]
     assert (task.stage, task.run, task.action, task.reason) == ("shear", run, "continue", "missing")

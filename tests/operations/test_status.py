@@ -4,18 +4,29 @@ import os
 import subprocess
 import sys
 import time
+from contextlib import suppress
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
+import numpy as np
 import pytest
 import runs_synthetic
 from runs_synthetic import CHECKPOINT_BYTES, Work
 
 from softslip.config.scenario import Scenario
 from softslip.config.stages import STAGES
-from softslip.errors import CheckpointError, DatasetError
+from softslip.errors import (
+    CheckpointError,
+    DatasetError,
+    Interrupted,
+    NumericalError,
+    PackingError,
+)
+from softslip.operations import listing
 from softslip.operations import status as module
+from softslip.operations.failures import failure_path, failure_recorded
 from softslip.operations.lock import holder_path, lock_path, run_lock
-from softslip.operations.status import Progress, RunStatus, status, survey
+from softslip.operations.status import RunProgress, RunStatus, scenario_status
 from softslip.provenance.fingerprints import fingerprint
 from softslip.simulation.checkpoint import read_header
 
@@ -39,12 +50,14 @@ def of(scenario: Scenario, stage: str, number: int = 0) -> str:
 def found(scenario: Scenario, work: Work, stage: str, number: int = 0) -> RunStatus:
     run = of(scenario, stage, number)
     (one,) = [
-        each for each in status(scenario, work.results) if (each.stage, each.run) == (stage, run)
+        each
+        for each in scenario_status(scenario, work.results).runs
+        if (each.stage, each.run) == (stage, run)
     ]
     return one
 
 
-def progress_of(scenario: Scenario, work: Work, stage: str = "shear") -> Progress:
+def progress_of(scenario: Scenario, work: Work, stage: str = "shear") -> RunProgress:
     progress = found(scenario, work, stage).progress
     assert progress is not None
     return progress
@@ -53,12 +66,12 @@ def progress_of(scenario: Scenario, work: Work, stage: str = "shear") -> Progres
 def verdicts(scenario: Scenario, work: Work) -> dict[str, tuple[str, str]]:
     return {
         file.path.name: (file.verdict, file.stale)
-        for file in survey(scenario, work.results).checkpoints
+        for file in scenario_status(scenario, work.results).checkpoints
     }
 
 
 def test_all_is_missing_where_there_are_no_results(scenario: Scenario, work: Work) -> None:
-    listed = status(scenario, work.results)
+    listed = scenario_status(scenario, work.results).runs
     assert [(one.stage, one.run) for one in listed] == [
         (stage, run) for stage in STAGES for run in scenario.stage_table(stage)
     ]
@@ -73,121 +86,160 @@ def test_each_state_is_told_by_its_files(scenario: Scenario, work: Work) -> None
     with run_lock(work.folder("shear"), running):
         states = [found(scenario, work, "shear", number).state for number in range(4)]
         holder = found(scenario, work, "shear", 2).holder
-        counts = survey(scenario, work.results).counts("shear")
-    assert states == ["done", "stopped", "running", "missing"]
+        counts = scenario_status(scenario, work.results).counts("shear")
+    assert states == ["done", "interrupted", "running", "missing"]
     assert holder is not None
     assert holder.process == os.getpid()
-    expected = dict.fromkeys(("done", "running", "stopped", "missing"), 1) | {"failed": 0}
+    expected = dict.fromkeys(("done", "running", "interrupted", "missing"), 1) | {"failed": 0}
     assert counts == expected
     assert found(scenario, work, "shear", 2).state == "missing", "its holder has let go"
 
 
-ERROR = "NumericalError: node_position[3] at step 7: is not finite; lower time_stepping.step"
+MESSAGE = "is not finite; lower time_stepping.step"
+ERROR = f"NumericalError: node_position[3] at step 7: {MESSAGE}"
 
 
-def log(scenario: Scenario, work: Work, text: str, number: int = 0, ago: float = 0.0) -> Path:
-    """Leave what a shear has said."""
-    path = work.results / "logs" / "shear" / f"{of(scenario, 'shear', number)}.log"
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text)
-    os.utime(path, (time.time() - ago,) * 2)
-    return path
+def fail(scenario: Scenario, work: Work, error: BaseException, number: int = 0) -> None:
+    """Begin a shear that ends in an error."""
+    folder, run = work.folder("shear"), of(scenario, "shear", number)
+    with suppress(type(error)), run_lock(folder, run), failure_recorded(folder, run):
+        raise error
+
+
+def test_a_run_that_recorded_its_error_has_failed(scenario: Scenario, work: Work) -> None:
+    fail(scenario, work, NumericalError("node_position", np.int64(3), 7, MESSAGE))  # type: ignore
+    one = found(scenario, work, "shear")
+    assert (one.state, str(one.failure), one.progress) == ("failed", ERROR, None)
+    failure = one.failure
+    assert failure is not None
+    assert (failure.error, failure.field, failure.index, failure.step) == (
+        "NumericalError",
+        "node_position",
+        3,
+        7,
+    )
+    assert failure.failed_at is not None
+    age = datetime.now(UTC) - datetime.fromisoformat(failure.failed_at)
+    assert abs(age) < timedelta(minutes=1)
+    assert scenario_status(scenario, work.results).counts("shear")["failed"] == 1
+    assert found(scenario, work, "ageing").state == "missing", "the failure is another run's"
 
 
 @pytest.mark.parametrize(
-    "text",
+    ("error", "line"),
     [
-        f"{ERROR}\n",
-        f"shear: 3 of 10\n{ERROR}",
-        f"{ERROR}\n\n",
-        f"Traceback (most recent call last):\n  File x\n{ERROR}\n",
-        f"{ERROR}\nwhat another program said\n",
-        f"{'x' * 80}\n" * 500 + f"{ERROR}\n",
-    ],
-    ids=["alone", "after words", "before blanks", "after a traceback", "quoting", "after much"],
-)
-def test_a_run_whose_log_ends_in_an_error_has_failed(
-    scenario: Scenario, work: Work, text: str
-) -> None:
-    log(scenario, work, text)
-    one = found(scenario, work, "shear")
-    assert (one.state, one.error, one.progress) == ("failed", ERROR, None)
-    assert survey(scenario, work.results).counts("shear")["failed"] == 1
-    assert found(scenario, work, "ageing").state == "missing", "its log is another"
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "",
-        "\n",
-        "shear 0123: going on\n",
-        "Interrupted: stopped by SIGTERM\n",
-        f"{ERROR}\nInterrupted: stopped by SIGTERM\n",
-        "shear 0123: DatasetError: is no line of its own\n",
-        "error: nobody of ours writes this\n",
+        (MemoryError(), "MemoryError"),
+        (OSError(28, "No space left on device"), "OSError: [Errno 28] No space left on device"),
+        (PackingError("LAMMPS said\n  no"), "PackingError: LAMMPS said no"),
     ],
 )
-def test_a_run_whose_log_ends_otherwise_has_not_failed(
-    scenario: Scenario, work: Work, text: str
+def test_errors_of_other_kinds_count_too(
+    scenario: Scenario, work: Work, error: Exception, line: str
 ) -> None:
-    log(scenario, work, text)
+    fail(scenario, work, error)
+    failure = found(scenario, work, "shear").failure
+    assert str(failure) == line
+    assert (failure.field, failure.index, failure.step) == (None, None, None)
+
+
+@pytest.mark.parametrize("error", [Interrupted("stopped by SIGTERM"), KeyboardInterrupt()])
+def test_an_interrupted_run_has_not_failed(
+    scenario: Scenario, work: Work, error: BaseException
+) -> None:
+    fail(scenario, work, error)
     one = found(scenario, work, "shear")
-    assert (one.state, one.error) == ("missing", "")
+    assert (one.state, one.failure, one.killed) == ("missing", None, None)
     work.stop("shear", of(scenario, "shear"), written=time.time() - 100)
-    assert found(scenario, work, "shear").state == "stopped"
+    assert found(scenario, work, "shear").state == "interrupted"
 
 
-@pytest.mark.parametrize("ending", ["MemoryError", "OSError: [Errno 28] No space left on device"])
-def test_errors_of_other_kinds_count_too(scenario: Scenario, work: Work, ending: str) -> None:
-    log(scenario, work, f"Traceback (most recent call last):\n{ending}\n")
-    assert found(scenario, work, "shear").error == ending
+def test_a_failure_ends_when_the_run_is_begun_again(scenario: Scenario, work: Work) -> None:
+    fail(scenario, work, NumericalError("node_position", 3, 7, MESSAGE))
+    folder, run = work.folder("shear"), of(scenario, "shear")
+    with run_lock(folder, run), failure_recorded(folder, run):
+        assert not failure_path(folder, run).exists()
+    assert found(scenario, work, "shear").state == "missing"
 
 
-def test_an_error_after_the_newest_checkpoint_counts_and_the_checkpoint_is_kept(
-    scenario: Scenario, work: Work
-) -> None:
+def test_a_failed_run_keeps_its_checkpoint_and_its_record(scenario: Scenario, work: Work) -> None:
     run = of(scenario, "shear")
     work.stop("shear", run, [(40.0, 2.0, 100), (60.0, 3.0, 200)], written=time.time() - 100)
     lock_path(work.folder("shear"), run).touch()
-    log(scenario, work, ERROR, ago=50)
+    fail(scenario, work, NumericalError("node_position", 3, 7, MESSAGE))
     one = found(scenario, work, "shear")
     assert (one.state, one.progress and one.progress.step) == ("failed", 200)
-    assert not leftovers(scenario, work), "the same command goes on from it"
-
-
-def test_an_error_before_the_newest_checkpoint_is_of_an_earlier_attempt(
-    scenario: Scenario, work: Work
-) -> None:
-    work.stop("shear", of(scenario, "shear"), written=time.time() - 100)
-    log(scenario, work, ERROR, ago=150)
-    one = found(scenario, work, "shear")
-    assert (one.state, one.error) == ("stopped", "")
+    assert not leftovers(scenario, work), "the same command resumes from it"
+    everything = leftovers(scenario, work, everything=True)
+    assert everything[failure_path(work.folder("shear"), run).name] == "all are to be removed"
 
 
 def test_a_run_that_is_done_or_at_work_has_not_failed(scenario: Scenario, work: Work) -> None:
     for number in range(2):
-        log(scenario, work, ERROR, number)
+        fail(scenario, work, NumericalError("node_position", 3, 7, MESSAGE), number)
     work.finish("shear", of(scenario, "shear", 0))
     with run_lock(work.folder("shear"), of(scenario, "shear", 1)):
         both = [found(scenario, work, "shear", number) for number in range(2)]
-    assert [(one.state, one.error) for one in both] == [("done", ""), ("running", "")]
+    assert [(one.state, one.failure) for one in both] == [("done", None), ("running", None)]
+    name = failure_path(work.folder("shear"), of(scenario, "shear", 0)).name
+    assert leftovers(scenario, work)[name] == "its run is finished"
 
 
-def test_a_log_that_goes_while_it_is_looked_at_says_nothing(
+@pytest.mark.parametrize("content", [b"", b"{", b"[]", b"{}", b"\xff"])
+def test_a_record_that_cannot_be_read_is_still_a_failure(
+    scenario: Scenario, work: Work, content: bytes
+) -> None:
+    path = failure_path(work.folder("shear"), of(scenario, "shear"))
+    path.parent.mkdir(parents=True)
+    path.write_bytes(content)
+    one = found(scenario, work, "shear")
+    assert (one.state, str(one.failure)) == ("failed", f"Failure: {path.name} cannot be read")
+
+
+def test_the_error_is_seen_where_it_cannot_be_recorded(
     scenario: Scenario, work: Work, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path = log(scenario, work, ERROR)
-    files = module._files
+    folder, run = work.folder("shear"), of(scenario, "shear")
+    folder.mkdir(parents=True)
 
-    def vanish(folder: Path):  # type: ignore[no-untyped-def]
-        seen = list(files(folder))
-        if folder == path.parent:
-            path.unlink(missing_ok=True)
-        return iter(seen)
+    def full(*_: object, **__: object) -> None:
+        raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(module, "_files", vanish)
+    monkeypatch.setattr("tempfile.mkstemp", full)
+    with pytest.raises(PackingError, match="too dense"), failure_recorded(folder, run):
+        raise PackingError("too dense")
     assert found(scenario, work, "shear").state == "missing"
+
+
+HOLD_AND_DIE = """
+import os, signal, sys
+from pathlib import Path
+from softslip.operations.failures import failure_recorded
+from softslip.operations.failures import failure_path, failure_recorded
+from softslip.operations.lock import run_lock
+folder, run = Path(sys.argv[1]), sys.argv[2]
+with run_lock(folder, run), failure_recorded(folder, run):
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_a_killed_run_is_told_from_a_failed_and_an_interrupted_one(
+    scenario: Scenario, work: Work
+) -> None:
+    """A process that dies without a word leaves its name, and no record of a failure."""
+    folder, run = work.folder("shear"), of(scenario, "shear")
+    call = [sys.executable, "-c", HOLD_AND_DIE, str(folder), run]
+    with subprocess.Popen(call) as process:
+        process.wait()
+    one = found(scenario, work, "shear")
+    assert (one.state, one.holder, one.failure) == ("missing", None, None)
+    assert one.killed is not None
+    assert one.killed.process == process.pid
+    work.stop("shear", run)
+    one = found(scenario, work, "shear")
+    assert one.state == "interrupted"
+    assert one.killed is not None
+    work.finish("shear", run)
+    assert found(scenario, work, "shear").killed is None
 
 
 def test_datasets_are_told_with_those_that_are_not_in_the_scenario(
@@ -195,7 +247,7 @@ def test_datasets_are_told_with_those_that_are_not_in_the_scenario(
 ) -> None:
     path = work.finish("shear", UNKNOWN)
     path.write_bytes(b"12345")
-    (told,) = survey(scenario, work.results).datasets.items()
+    (told,) = scenario_status(scenario, work.results).datasets.items()
     assert told[0] == ("shear", UNKNOWN)
     assert (told[1].path, told[1].size, told[1].changed) == (path, 5, path.stat().st_mtime)
 
@@ -282,7 +334,7 @@ def test_a_damaged_checkpoint_is_told_and_the_one_before_used(
     newest, previous = work.stop("shear", run, [(40.0, 2.0, 100), (60.0, 3.0, 200)])
     newest.write_bytes(newest.read_bytes()[:150])
     one = found(scenario, work, "shear")
-    assert (one.state, one.damaged, one.progress.step) == ("stopped", 1, 100)
+    assert (one.state, one.damaged, one.progress.step) == ("interrupted", 1, 100)
     assert verdicts(scenario, work) == {newest.name: ("damaged", ""), previous.name: ("valid", "")}
     previous.write_bytes(b"")
     one = found(scenario, work, "shear")
@@ -314,8 +366,8 @@ def test_stale_checkpoints_are_told_from_those_to_go_on_from(
         f"{waiting}.{code}.checkpoint": ("valid", ""),
     }
     states = [found(scenario, work, "shear", number).state for number in range(3)]
-    assert states == ["done", "missing", "stopped"]
-    assert len(survey(scenario, work.results).stale) == 3
+    assert states == ["done", "missing", "interrupted"]
+    assert len(scenario_status(scenario, work.results).stale) == 3
 
 
 def test_a_run_of_one_stage_is_foreign_to_the_others(scenario: Scenario, work: Work) -> None:
@@ -332,13 +384,13 @@ def test_nothing_of_a_run_at_work_is_stale(
     work.finish("shear", run)
     work.stop("shear", run, code=code)
     with run_lock(work.folder("shear"), run):
-        looked = survey(scenario, work.results)
+        looked = scenario_status(scenario, work.results)
         assert [file.verdict for file in looked.checkpoints] == ["valid"]
         assert not any(run in file.path.name for file in looked.leftovers()), looked.leftovers()
         if not foreign:
             assert found(scenario, work, "shear").progress is not None
-    assert not survey(scenario, work.results).runs[-1].holder
-    assert len(survey(scenario, work.results).stale) == 1
+    assert not scenario_status(scenario, work.results).runs[-1].holder
+    assert len(scenario_status(scenario, work.results).stale) == 1
 
 
 def test_other_files_are_no_checkpoints(scenario: Scenario, work: Work) -> None:
@@ -347,7 +399,7 @@ def test_other_files_are_no_checkpoints(scenario: Scenario, work: Work) -> None:
     for name in ("notes.txt", f"{UNKNOWN}.checkpoint", f".{UNKNOWN}.a.checkpoint.x.part"):
         (folder / name).touch()
     (folder / f"{UNKNOWN}.{UNKNOWN}.checkpoint").mkdir()
-    looked = survey(scenario, work.results)
+    looked = scenario_status(scenario, work.results)
     assert not looked.checkpoints
     assert not looked.leftovers(everything=True)
 
@@ -362,7 +414,7 @@ def test_a_checkpoint_that_goes_while_it_is_looked_at_is_not_damaged(
         raise CheckpointError("cannot be read")
 
     monkeypatch.setattr(module, "read_header", gone)
-    assert not survey(scenario, work.results).checkpoints
+    assert not scenario_status(scenario, work.results).checkpoints
 
 
 def test_a_run_that_ends_meanwhile_is_never_missing(
@@ -370,7 +422,7 @@ def test_a_run_that_ends_meanwhile_is_never_missing(
 ) -> None:
     run = of(scenario, "shear")
     newest, _ = work.stop("shear", run)
-    files = module._files
+    files = listing.list_files
 
     def end_after_first_look(folder: Path):  # type: ignore[no-untyped-def]
         seen = list(files(folder))
@@ -379,7 +431,7 @@ def test_a_run_that_ends_meanwhile_is_never_missing(
             newest.unlink()
         return iter(seen)
 
-    monkeypatch.setattr(module, "_files", end_after_first_look)
+    monkeypatch.setattr(listing, "list_files", end_after_first_look)
     assert found(scenario, work, "shear").state == "done"
 
 
@@ -387,12 +439,13 @@ def test_a_folder_that_is_a_file_is_refused_in_one_line(scenario: Scenario, work
     work.results.mkdir()
     (work.results / "shear").write_text("")
     with pytest.raises(DatasetError, match=r"^[^\n]*shear[^\n]*: cannot be read \([^\n]*\)$"):
-        status(scenario, work.results)
+        scenario_status(scenario, work.results)
 
 
 def leftovers(scenario: Scenario, work: Work, everything: bool = False) -> dict[str, str]:
     return {
-        file.path.name: file.reason for file in survey(scenario, work.results).leftovers(everything)
+        file.path.name: file.reason
+        for file in scenario_status(scenario, work.results).leftovers(everything)
     }
 
 
@@ -448,13 +501,13 @@ def test_looking_changes_nothing(scenario: Scenario, work: Work) -> None:
         return [(str(path), path.stat().st_mtime_ns, path.stat().st_ino) for path in files]
 
     before = state()
-    survey(scenario, work.results).leftovers(everything=True)
+    scenario_status(scenario, work.results).leftovers(everything=True)
     assert state() == before
 
 
 def test_sizes_are_those_of_the_files(scenario: Scenario, work: Work) -> None:
     newest, _ = work.stop("shear", of(scenario, "shear"))
-    (file,) = survey(scenario, work.results).checkpoints
+    (file,) = scenario_status(scenario, work.results).checkpoints
     assert file.size == newest.stat().st_size > CHECKPOINT_BYTES
     assert file.header == read_header(newest)
 
@@ -472,7 +525,7 @@ def test_arrays_and_code_are_left_alone_where_nobody_needs_them(
 
     for name in ("read_header", "fingerprint", "holder_of"):
         monkeypatch.setattr(module, name, never)
-    assert survey(scenario, work.results).counts("shear")["done"] == 4
+    assert scenario_status(scenario, work.results).counts("shear")["done"] == 4
 
 
 def test_the_solver_is_not_loaded() -> None:

@@ -13,9 +13,9 @@ from snakemake.utils import min_version
 from softslip.errors import ConfigError, SoftslipError
 from softslip.provenance.fingerprints import fingerprint
 from softslip.operations.lock import run_lock
-from softslip.operations.removal import removed
+from softslip.operations.leftovers import remove
 from softslip.config.stages import STAGES
-from softslip.operations.status import survey
+from softslip.operations.status import scenario_status
 from softslip.config.scenario import load_scenario
 from softslip.provenance.timestamps import keep_in_order
 
@@ -74,7 +74,7 @@ onstart:
 
 # Only now does Snakemake hold every result for complete: what made them is of no more use.
 onsuccess:
-    for _ in removed(Path(RESULTS), survey(SCENARIO, Path(RESULTS)).leftovers(), print):
+    for _ in remove(Path(RESULTS), scenario_status(SCENARIO, Path(RESULTS)).leftovers(), print):
         pass
     keep_in_order(Path(RESULTS), BEGUN)
 

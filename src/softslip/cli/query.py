@@ -86,7 +86,7 @@ def query(
 
 def _opened(source: str, results: Path | None) -> "Results":
     """Return the results of a folder, or of a scenario, which wins where a name is both."""
-    from softslip.operations.status import survey
+    from softslip.operations.status import scenario_status
     from softslip.provenance.catalogue.results import open_results, scenario_results
 
     named = source.endswith(".yaml") or os.path.isfile(FOLDER / f"{source}.yaml")
@@ -100,7 +100,7 @@ def _opened(source: str, results: Path | None) -> "Results":
         )
     scenario = load_scenario(source)
     folder = results or Path("results") / scenario.name
-    states = {(run.stage, run.run): run.state for run in survey(scenario, folder).runs}
+    states = {(run.stage, run.run): run.state for run in scenario_status(scenario, folder).runs}
     return scenario_results(scenario, folder, states)
 
 

@@ -4,6 +4,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -24,6 +25,7 @@ from softslip.config.scenario import StageRun, load_scenario
 from softslip.config.stages import STAGES, stage_parameters
 from softslip.files.layout import CHECKPOINTS
 from softslip.files.storage import CONTENT_DIGEST, read_dataset, write_dataset
+from softslip.operations.failures import failure_recorded
 from softslip.operations.lock import run_lock
 from softslip.operations.progress import progress_report
 from softslip.provenance.attribution import Job
@@ -63,7 +65,7 @@ class _Job:
         The run.
     output
         Where its result goes.
-    before
+    parent_path
         Result of the stage before, if there is one.
     threads
         Threads at most.
@@ -73,7 +75,7 @@ class _Job:
 
     row: StageRun
     output: Path
-    before: xr.Dataset | None = None
+    parent_path: Path | None = None
     threads: int = 1
     checkpoints: "Checkpoints | None" = None
 
@@ -82,11 +84,19 @@ class _Job:
         """Folder of what is needed while the run is worked on."""
         return self.output.parent / CHECKPOINTS
 
-    @property
+    @cached_property
     def parent(self) -> xr.Dataset:
         """Result of the stage before."""
-        assert self.before is not None, f"{self.row.stage} comes first"
-        return self.before
+        row = self.row
+        assert self.parent_path is not None, f"{row.stage} comes first"
+        before = STAGES[STAGES.index(row.stage) - 1]
+        return read_dataset(self.parent_path, stage=before, run=row.parent)
+
+    @contextmanager
+    def attempt(self) -> Iterator[None]:
+        """Lock the run while the block runs, and record why it failed if it does."""
+        with run_lock(self.folder, self.row.id), failure_recorded(self.folder, self.row.id):
+            yield
 
     def say(self, sentence: str) -> None:
         """Tell people something about the run."""
@@ -94,7 +104,7 @@ class _Job:
 
     def write(self, dataset: xr.Dataset) -> None:
         """Write the result with what produced it."""
-        row, parents = self.row, [] if self.before is None else [self.before]
+        row, parents = self.row, [] if self.parent_path is None else [self.parent]
         kept = self.checkpoints
         origin = Job().labels(
             parents,
@@ -123,17 +133,8 @@ def packing(scenario: ScenarioName, run: RunName, output: Output) -> None:
     from softslip.simulation.packing import pack
 
     job = _Job(_found(scenario, "packing", run), output)
-    with run_lock(job.folder, job.row.id), interruptible(at_once=True):
+    with job.attempt(), interruptible(at_once=True):
         job.write(pack(job.row.parameters))
-
-
-def _after(
-    scenario: str, stage: str, run: str, parent: Path, output: Path, threads: int = 1
-) -> _Job:
-    """Return the job of a stage that goes on from another."""
-    row = _found(scenario, stage, run)
-    before = read_dataset(parent, stage=STAGES[STAGES.index(stage) - 1], run=row.parent)
-    return _Job(row, output, before, threads)
 
 
 @app.command()
@@ -142,9 +143,9 @@ def expansion(scenario: ScenarioName, run: RunName, parent: Parent, output: Outp
     """Grow discs into membranes at the wanted area fraction."""
     from softslip.simulation.expansion import expand
 
-    job = _after(scenario, "expansion", run, parent, output)
+    job = _Job(_found(scenario, "expansion", run), output, parent)
     with (
-        run_lock(job.folder, job.row.id),
+        job.attempt(),
         interruptible(at_once=True),
         progress_report("expansion") as report,
     ):
@@ -162,15 +163,15 @@ def _kept(job: _Job, interval: float, resume: bool) -> Iterator["Keeper"]:
     from softslip.simulation.keeper import Keeper
 
     row = job.row
-    identity = Identity(
-        stage=row.stage,
-        run=row.id,
-        parent=str(job.parent.attrs[CONTENT_DIGEST]),
-        fingerprint=fingerprint(row.stage),
-        environment=environment(),
-        parameters=stage_parameters(row.parameters, row.stage),
-    )
-    with run_lock(job.folder, row.id), interruptible(at_once=False) as interruption:
+    with job.attempt(), interruptible(at_once=False) as interruption:
+        identity = Identity(
+            stage=row.stage,
+            run=row.id,
+            parent=str(job.parent.attrs[CONTENT_DIGEST]),
+            fingerprint=fingerprint(row.stage),
+            environment=environment(),
+            parameters=stage_parameters(row.parameters, row.stage),
+        )
         job.checkpoints = Checkpoints(job.folder, identity, job.say, required=resume)
         yield Keeper(job.checkpoints, interruption, interval)
         job.checkpoints.finish()
@@ -196,7 +197,7 @@ def ageing(
     """Relax a packing at zero stress, with hydrodynamics."""
     from softslip.simulation.hydrodynamics import age
 
-    job = _after(scenario, "ageing", run, parent, output, threads)
+    job = _Job(_found(scenario, "ageing", run), output, parent, threads)
     _follow(job, age, checkpoint_interval, resume)
 
 
@@ -214,5 +215,5 @@ def shear_command(
     """Shear an aged packing under constant stress or shear rate."""
     from softslip.simulation.hydrodynamics import shear
 
-    job = _after(scenario, "shear", run, parent, output, threads)
+    job = _Job(_found(scenario, "shear", run), output, parent, threads)
     _follow(job, shear, checkpoint_interval, resume)

@@ -1,4 +1,4 @@
-"""`softslip status` and `softslip clean`: how far the runs are, and what nobody needs any more."""
+"""`softslip status` and `softslip clean`: how far the runs are, and removal of leftovers."""
 
 import gc
 import json
@@ -23,18 +23,19 @@ from softslip.config.stages import STAGES
 from softslip.errors import ConfigError
 
 if TYPE_CHECKING:
-    from softslip.operations.status import RunStatus, Survey
+    from softslip.operations.lock import Holder
+    from softslip.operations.status import RunStatus, ScenarioStatus
 
 app = typer.Typer()
 
-ORDER = ("running", "failed", "stopped", "missing", "done")
+ORDER = ("running", "failed", "interrupted", "missing", "done")
 """States in the order of the table of runs."""
 
 MOST_MISSING = 50
 """Missing runs that are listed unless all are asked for: nothing is to be seen of them."""
 
 LONGEST_ERROR = 60
-"""Signs of a failed run's error that the table shows."""
+"""Characters of a failed run's error that the table shows."""
 
 Watch = Annotated[
     float | None,
@@ -44,7 +45,7 @@ Every = Annotated[bool, typer.Option("--all", help="List every run, those that a
 AllCheckpoints = Annotated[
     bool,
     typer.Option(
-        "--all", help="Remove those of stopped and failed runs too, which then begin anew."
+        "--all", help="Remove those of interrupted and failed runs too, which then start afresh."
     ),
 ]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Only say what would be removed.")]
@@ -59,8 +60,8 @@ def status(
     every: Every = False,
     watch: Watch = None,
 ) -> None:
-    """Say how far the runs of a scenario are: done, running, failed, stopped or missing."""
-    from softslip.operations.status import survey
+    """Say how far the runs of a scenario are: done, running, failed, interrupted or missing."""
+    from softslip.operations.status import scenario_status
 
     if as_json and watch is not None:
         raise ConfigError("watch", watch, "is given with --json", "leave out one of the two")
@@ -69,9 +70,9 @@ def status(
     folder = results or Path("results") / loaded.name
     remedy = shlex.join(["softslip", "clean", scenario, *_results_option(results)])
     if as_json:
-        print(json.dumps(_as_mapping(loaded, folder, survey(loaded, folder))))
+        print(json.dumps(_as_mapping(loaded, folder, scenario_status(loaded, folder))))
     elif watch is None:
-        found = survey(loaded, folder)
+        found = scenario_status(loaded, folder)
         shown = *_runs_table(loaded, found, every), *_summary(loaded, found, remedy)
         _console().print(Group(*shown), crop=False)
     else:
@@ -100,12 +101,12 @@ def _console() -> Console:
 
 def _watch(scenario: Scenario, folder: Path, every: bool, interval: float, remedy: str) -> None:
     """Show the status again and again, until all runs are done or the user has seen enough."""
-    from softslip.operations.status import survey
+    from softslip.operations.status import scenario_status
 
     console = _console()
     with suppress(KeyboardInterrupt), Live(console=console, auto_refresh=False) as live:
         while True:
-            found = survey(scenario, folder)
+            found = scenario_status(scenario, folder)
             # On top is what stays in sight when there are more rows than lines.
             top = _summary(scenario, found, remedy)
             if console.is_terminal:
@@ -118,7 +119,7 @@ def _watch(scenario: Scenario, folder: Path, every: bool, interval: float, remed
             time.sleep(interval)
 
 
-def _summary(scenario: Scenario, found: "Survey", remedy: str) -> list[RenderableType]:
+def _summary(scenario: Scenario, found: "ScenarioStatus", remedy: str) -> list[RenderableType]:
     """Return a table with a row for each stage, between lines on the scenario and checkpoints."""
     from softslip.operations.status import STATES
 
@@ -138,6 +139,8 @@ def _summary(scenario: Scenario, found: "Survey", remedy: str) -> list[Renderabl
         size = decimal(sum(file.size for file in found.stale))
         count = counted(len(found.stale), "stale checkpoint")
         lines.append(f"{count}, {size}; to remove them: {remedy}")
+    if any(run.state == "interrupted" for run in found.runs):
+        lines.append("interrupted runs resume from their checkpoints: start the same command again")
     # A command that is broken over two lines cannot be copied.
     unbroken = [Text(line, no_wrap=True, overflow="ignore") for line in lines]
     return [Text(f"{scenario.name}: {scenario.description}"), table, *unbroken]
@@ -149,7 +152,7 @@ def counted(count: int, what: str) -> str:
 
 
 def _runs_table(
-    scenario: Scenario, found: "Survey", every: bool, most: int | None = None
+    scenario: Scenario, found: "ScenarioStatus", every: bool, most: int | None = None
 ) -> list[RenderableType]:
     """Return a table with a row for each run of a stage that is not done, or for all, if any.
 
@@ -161,8 +164,8 @@ def _runs_table(
     if not shown:
         return []
     missing = sum(run.state == "missing" for run in shown)
-    untold = 0 if every else max(missing - MOST_MISSING, 0)
-    shown = shown[: len(shown) - untold]
+    hidden = 0 if every else max(missing - MOST_MISSING, 0)
+    shown = shown[: len(shown) - hidden]
     table = Table("stage")
     table.add_column("run", no_wrap=True)
     for axis in scenario.axes:
@@ -174,8 +177,8 @@ def _runs_table(
     for run in shown[:most]:
         values = [str(run.coordinates.get(axis.label, "")) for axis in scenario.axes]
         table.add_row(run.stage, run.run, *values, run.state, *_progress(run), _remarks(run))
-    note = f"and {counted(untold, 'missing run')} more; to list them all: --all"
-    return [table, Text(note)] if untold else [table]
+    note = f"and {counted(hidden, 'missing run')} more; to list them all: --all"
+    return [table, Text(note)] if hidden else [table]
 
 
 def _progress(run: "RunStatus") -> list[str]:
@@ -196,11 +199,14 @@ def _progress(run: "RunStatus") -> list[str]:
 
 
 def _remarks(run: "RunStatus") -> Text:
-    """Return who works on a run, what it failed with, and what is wrong with its checkpoints."""
+    """Return who works on a run, why it failed, and what is wrong with its checkpoints."""
     words = [] if run.holder is None else [str(run.holder)]
-    if run.error:
-        cut = len(run.error) > LONGEST_ERROR
-        words.append(f"{run.error[: LONGEST_ERROR - 1]}…" if cut else run.error)
+    if run.killed is not None:
+        words.append(f"{run.killed} was killed or crashed")
+    if run.failure is not None:
+        error = str(run.failure)
+        cut = len(error) > LONGEST_ERROR
+        words.append(f"{error[: LONGEST_ERROR - 1]}…" if cut else error)
     if run.damaged:
         words.append(f"{counted(run.damaged, 'checkpoint')} damaged")
     # An error may hold brackets, which are no markup.
@@ -215,7 +221,7 @@ def duration(seconds: float) -> str:
     return f"{seconds:.0f} s"
 
 
-def _as_mapping(scenario: Scenario, folder: Path, found: "Survey") -> dict[str, Any]:
+def _as_mapping(scenario: Scenario, folder: Path, found: "ScenarioStatus") -> dict[str, Any]:
     """Return the status as JSON has it; what is not known is null."""
     return {
         "scenario": scenario.name,
@@ -239,16 +245,21 @@ def _run_mapping(run: "RunStatus") -> dict[str, Any]:
         "coordinates": dict(run.coordinates),
         "state": run.state,
         "damaged": run.damaged,
-        "error": run.error or None,
+        "error": None if run.failure is None else str(run.failure),
+        "failure": None if run.failure is None else vars(run.failure),
         "progress": None,
-        "holder": None,
+        "holder": _holder(run.holder),
+        "killed": _holder(run.killed),
     }
     if run.progress is not None:
         words["progress"] = vars(run.progress) | {"fraction": run.progress.fraction}
-    if run.holder is not None:
-        started = run.holder.started
-        words["holder"] = vars(run.holder) | {"started": started and started.isoformat()}
     return words
+
+
+def _holder(holder: "Holder | None") -> dict[str, Any] | None:
+    if holder is None:
+        return None
+    return vars(holder) | {"started": holder.started and holder.started.isoformat()}
 
 
 @app.command()
@@ -259,20 +270,20 @@ def clean(
     everything: AllCheckpoints = False,
     dry_run: DryRun = False,
 ) -> None:
-    """Remove checkpoints that nobody needs any more, and what dead processes left behind."""
-    from softslip.operations.removal import removed
-    from softslip.operations.status import survey
+    """Remove checkpoints that nobody needs any more, and files left by killed processes."""
+    from softslip.operations.leftovers import remove
+    from softslip.operations.status import scenario_status
 
     loaded = load_scenario(scenario)
     folder = results or Path("results") / loaded.name
-    found = survey(loaded, folder).leftovers(everything)
+    found = scenario_status(loaded, folder).leftovers(everything)
     word = "would remove" if dry_run else "removed"
     count = total = 0
-    for file in found if dry_run else removed(folder, found, _tell):
+    for file in found if dry_run else remove(folder, found, _print_error):
         print(f"{word} {file.path.relative_to(folder)} ({decimal(file.size)}): {file.reason}")
         count, total = count + 1, total + file.size
     print(f"{word} {counted(count, 'file')}, {decimal(total)} ({total} bytes)")
 
 
-def _tell(sentence: str) -> None:
+def _print_error(sentence: str) -> None:
     print(sentence, file=sys.stderr)

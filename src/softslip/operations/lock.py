@@ -1,10 +1,9 @@
-"""One process a run: a lock that the kernel frees when its holder dies, and word of who holds it.
+"""One process a run: a lock that the kernel frees when its holder dies, and the holder's name.
 
-The lock is that of the maintained library filelock, on ``RUN.lock``: an advisory lock of the kernel
-(flock), not the presence of a file, so that what a killed process leaves behind locks nothing.
-Who holds it stands in a file of its own beside it, ``RUN.holder.json``, because what is in the
-lock file is the library's business. Where flock holds only within one host (a file system mounted
-with local locks), so does this.
+The lock is an advisory lock of the kernel (flock) on ``RUN.lock``, taken with the library filelock,
+so that a file left by a killed process locks nothing. The holder's name is in ``RUN.holder.json``,
+because the content of the lock file belongs to the library. Where flock holds only within one host
+(a file system mounted with local locks), so does this.
 """
 
 import errno
@@ -32,14 +31,14 @@ GRACE = 0.25
 """Seconds for which a lock that is held is asked for again.
 
 Looking whether it is held takes it for microseconds, and cleaning up for as long as a few files
-take to delete; neither must make a run fail that starts just then.
+take to delete; a run that starts just then must not fail.
 """
 
 _POLL = 0.01
 """Seconds between two attempts."""
 
 _ATTEMPTS = 10
-"""How often a lock file that was replaced is opened anew: more is no accident."""
+"""How often a lock file that was replaced is opened again: more is no accident."""
 
 _CLOCK_SLACK = 2.0
 """Seconds by which a clock may have been set: the start of a process is reckoned from the boot."""
@@ -49,7 +48,7 @@ _STAMP = "%Y-%m-%dT%H:%M:%SZ"
 
 @dataclass(frozen=True)
 class Holder:
-    """Who holds a lock; all None where what it left of itself cannot be read.
+    """Who holds a lock; all None where its file cannot be read.
 
     Attributes
     ----------
@@ -69,9 +68,9 @@ class Holder:
     command: str | None = None
 
     def __str__(self) -> str:
-        """Return who it is in words."""
+        """Return a description of the process."""
         if self.process is None or self.started is None:
-            return "a process that left no readable word of itself"
+            return "a process that left no readable name"
         return f"process {self.process} on {self.host} (since {self.started:{_STAMP}})"
 
 
@@ -87,9 +86,9 @@ def holder_path(folder: Path, run: str) -> Path:
 
 @contextmanager
 def run_lock(folder: Path, run: str) -> Iterator[None]:
-    """Work on a run alone, and leave word of it for others.
+    """Hold a run's lock while the block runs, under this process's name.
 
-    What a dead process left of itself is replaced, saying so on standard error.
+    The name of a dead process is replaced, with a line on standard error.
 
     Parameters
     ----------
@@ -107,20 +106,20 @@ def run_lock(folder: Path, run: str) -> Iterator[None]:
     with claim(folder, run):
         path = holder_path(folder, run)
         if path.exists():
-            dead = _read_holder(path)
-            print(f"{run}: taking over from {dead}, which died at work", file=sys.stderr)
+            dead = read_holder(path)
+            print(f"{run}: taking over from {dead}, which was killed", file=sys.stderr)
         _write_holder(path)
         try:
             yield
         finally:
-            # A word that cannot be taken back is taken for that of a dead process.
+            # A name that cannot be removed is taken for that of a dead process.
             with suppress(OSError):
                 path.unlink()
 
 
 @contextmanager
 def claim(folder: Path, run: str) -> Iterator[None]:
-    """Hold a run's lock without leaving word of it, for what takes a moment.
+    """Hold a run's lock without leaving a name, for what takes a moment.
 
     Raises
     ------
@@ -180,7 +179,7 @@ def _acquired(path: Path) -> UnixFileLock:
 
 def _refusal(folder: Path, run: str) -> LockedError:
     """Return the error that says who works on a run, and what to do."""
-    holder = _read_holder(holder_path(folder, run))
+    holder = read_holder(holder_path(folder, run))
     remedy = f"wait for it to end, or stop it there with: kill {holder.process}"
     if holder.process is None:
         path = shlex.quote(str(lock_path(folder, run)))
@@ -202,7 +201,7 @@ def _write_holder(path: Path) -> None:
         raise LockedError(f"{error}; a run that nobody can see is not started") from error
 
 
-def _read_holder(path: Path) -> Holder:
+def read_holder(path: Path) -> Holder:
     """Return who a file says holds a lock, whatever state the file is in."""
     try:
         words = json.loads(path.read_bytes())
@@ -217,18 +216,18 @@ def _read_holder(path: Path) -> Holder:
 
 
 def holder_of(folder: Path, run: str) -> Holder | None:
-    """Return who works on a run right now, None where nobody does, without disturbing anyone.
+    """Return which process works on a run, None where none does; nothing is disturbed.
 
-    A live process of this host that is old enough to be the one that left word of itself is
-    believed to hold the lock. Only where that settles nothing (another host, a process that is
-    gone or whose number was given away again, a file that cannot be read) is the kernel asked, by
-    a shared lock that is given back at once: two who look do not see each other, and one who
-    starts asks again for `GRACE` seconds. Where nobody left word, nobody is looked for.
+    A live process of this host that is old enough to be the named one is believed to hold the
+    lock. Otherwise (another host, a process that is gone or whose number was reused, a file that
+    cannot be read) the kernel is asked, by a shared lock that is released at once: two who look do
+    not see each other, and one who starts asks again for `GRACE` seconds. Without a name, nothing
+    is asked.
     """
     path = holder_path(folder, run)
     if not path.exists():
         return None
-    holder = _read_holder(path)
+    holder = read_holder(path)
     return holder if _lives(holder) or _is_held(lock_path(folder, run)) else None
 
 
@@ -252,7 +251,7 @@ def _is_held(path: Path) -> bool:
     except FileNotFoundError:
         return False
     except OSError:
-        return True  # Not ours to open: the word that was left stands.
+        return True  # Not ours to open: the name that was left stands.
     try:
         flock(descriptor, LOCK_SH | LOCK_NB)
     except OSError:

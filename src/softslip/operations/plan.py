@@ -22,7 +22,8 @@ from softslip.config.stages import STAGES
 from softslip.errors import DatasetError
 from softslip.files.labels import text_attributes
 from softslip.operations.costs import Correction, Costs, Estimate, Measured, shipped
-from softslip.operations.status import Dataset, RunStatus, Survey, survey
+from softslip.operations.listing import ListedFile
+from softslip.operations.status import RunStatus, ScenarioStatus, scenario_status
 from softslip.provenance.fingerprints import fingerprint
 
 RUNNING, CONTINUE, BEGIN, REUSE, SKIP = "running", "continue", "begin", "reuse", "skip"
@@ -250,7 +251,7 @@ def make_plan(
     DatasetError
         When a folder of results cannot be read.
     """
-    found = survey(scenario, results)
+    found = scenario_status(scenario, results)
     tables = {stage: scenario.stage_table(stage) for stage in STAGES}
     origins = {
         (stage, run): _origin(found.datasets[stage, run], stage, run)
@@ -283,7 +284,7 @@ def make_plan(
     return Plan(tuple(tasks), stages, gone)
 
 
-def _origin(dataset: Dataset, stage: str, run: str) -> Origin | None:
+def _origin(dataset: ListedFile, stage: str, run: str) -> Origin | None:
     """Return what a dataset says of how it was made, None where no stage could go on from it."""
     try:
         found = text_attributes(dataset.path, ("provenance", "stage", "run"))
@@ -295,7 +296,7 @@ def _origin(dataset: Dataset, stage: str, run: str) -> Origin | None:
 
 
 def _reasons(
-    found: Survey,
+    found: ScenarioStatus,
     tables: Mapping[str, Mapping[str, StageRun]],
     origins: Mapping[Key, Origin | None],
 ) -> dict[Key, str]:
@@ -323,7 +324,7 @@ def _reasons(
 
 
 def _own_reasons(
-    found: Survey,
+    found: ScenarioStatus,
     tables: Mapping[str, Mapping[str, StageRun]],
     origins: Mapping[Key, Origin | None],
 ) -> dict[Key, str]:
@@ -391,7 +392,7 @@ def _task(
 def _finished(
     stage: str,
     table: Mapping[str, StageRun],
-    found: Survey,
+    found: ScenarioStatus,
     origins: Mapping[Key, Origin | None],
 ) -> list[Measured]:
     """Return finished runs of a stage, by the present code if there are such, `ENOUGH` at most."""

@@ -1,78 +1,75 @@
-"""How far the runs of a scenario have come, told from their files and locks alone.
+"""How far the runs of a scenario are, by their files and locks alone.
 
 A run of a stage is done where its dataset is there, running where its lock is held, failed where
-its log ends in an error, stopped where a checkpoint is there that it would go on from, and missing
+it left a record of its failure, interrupted where it left a checkpoint to resume from, and missing
 otherwise. Nothing here writes.
 """
 
-import os
 import re
 import time
-from collections.abc import Iterator, Mapping
+from collections import defaultdict
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 from softslip.config.scenario import Scenario
 from softslip.config.stages import STAGES
-from softslip.errors import CheckpointError, DatasetError, Interrupted
-from softslip.files.layout import CHECKPOINTS, LOGS
-from softslip.operations.lock import HOLDER_SUFFIX, LOCK_SUFFIX, Holder, holder_of
+from softslip.errors import CheckpointError
+from softslip.operations.failures import FAILURE_SUFFIX, Failure, failure_path, read_failure
+from softslip.operations.leftovers import (
+    FINISHED,
+    FOREIGN,
+    INCOMPLETE,
+    OUTDATED,
+    UNHELD,
+    UNWANTED,
+    Leftover,
+)
+from softslip.operations.listing import ListedFile, StageFiles, list_files, stage_files
+from softslip.operations.lock import (
+    HOLDER_SUFFIX,
+    LOCK_SUFFIX,
+    Holder,
+    holder_of,
+    holder_path,
+    read_holder,
+)
 from softslip.provenance.fingerprints import fingerprint
 from softslip.simulation.checkpoint import SUFFIX, Header, read_header
 
-STATES = ("done", "running", "failed", "stopped", "missing")
+STATES = ("done", "running", "failed", "interrupted", "missing")
 """What a run of a stage can be."""
-
-FINISHED = "its run is finished"
-FOREIGN = "its run is not in the scenario"
-OUTDATED = "the code of its stage has changed"
-"""Why a checkpoint is stale."""
-
-UNWANTED = "all are to be removed"
-UNHELD = "nobody holds it"
-UNCOMPLETED = "was begun and never completed"
-"""Why other files are left over."""
-
-PART_AGE = 86400.0
-"""Seconds after which a file that was begun and never completed is left over."""
 
 LEAST_STRETCH = 10.0
 """Seconds of work between two checkpoints below which their difference says too little: one is
 written the moment a signal comes."""
 
 _CHECKPOINT = re.compile(rf"([0-9a-f]+)\.([0-9a-f]+)(?:\.previous)?{re.escape(SUFFIX)}")
-_LOCK = re.compile(rf"([0-9a-f]+)(?:{re.escape(LOCK_SUFFIX)}|{re.escape(HOLDER_SUFFIX)})")
-_PART = re.compile(r"\.(?:([0-9a-f]{16})\.)?.+\.part")
-_ENDING = re.compile(r"(?:\w+\.)*(?:[A-Z]\w*(?:Error|Exception)|Interrupted)(?:: .*)?")
-
-_TAIL = 8192
-"""Bytes at the end of a log in which the error is looked for that ended the run."""
 
 
 @dataclass(frozen=True)
-class Checkpoint:
+class CheckpointFile:
     """A file with a checkpoint.
 
     Attributes
     ----------
     path, size
         Where it is, and its bytes.
-    stage, run, fingerprint
+    stage, run
         What it is of, by its name.
     stale
         Why it is of no use any more, empty if it may be.
     header
-        What it says of itself; None if it is damaged, or stale and was not looked at. Its arrays
-        are never looked at: whether they are sound is found out when the run goes on.
+        What it says of itself; None if it is damaged, or stale and was not opened. Its arrays are
+        never read: whether they are intact is found out when the run resumes.
     """
 
     path: Path
     size: int
     stage: str
     run: str
-    fingerprint: str
     stale: str
     header: Header | None
 
@@ -85,8 +82,8 @@ class Checkpoint:
 
 
 @dataclass(frozen=True)
-class Progress:
-    """How far a run has come, by its newest checkpoint.
+class RunProgress:
+    """How far a run is, by its newest checkpoint.
 
     Attributes
     ----------
@@ -95,14 +92,14 @@ class Progress:
     step
         Steps since the stage began.
     restarts
-        How often it had been taken up again.
+        How often it was resumed.
     written
         POSIX time of the checkpoint.
     rate
-        Steps a second of work lately, None where it cannot be known.
+        Steps a second of work lately, None where it is not known.
     remaining
-        Seconds of work that are left if it goes on as it did lately, None where that cannot be
-        known. What a running one has probably done since its checkpoint is taken off.
+        Seconds of work that are left at the latest rate, None where that is not known. For a
+        running one, the time since its checkpoint is taken off.
     """
 
     time: float
@@ -132,13 +129,15 @@ class RunStatus:
     state
         One of `STATES`.
     holder
-        Who works on it, None if nobody does.
+        The process that works on it, None if there is none.
+    killed
+        The process that died at work without recording a failure, None if none did.
     progress
-        Of one that is not done and has a checkpoint to go on from.
+        Of one that is not done and has a checkpoint to resume from.
     damaged
         Number of its checkpoints that cannot be used.
-    error
-        The line that a failed one ended with, empty for others.
+    failure
+        Why it failed, None for others.
     """
 
     stage: str
@@ -146,68 +145,14 @@ class RunStatus:
     coordinates: Mapping[str, Any]
     state: str
     holder: Holder | None
-    progress: Progress | None
+    killed: Holder | None
+    progress: RunProgress | None
     damaged: int
-    error: str = ""
+    failure: Failure | None
 
 
 @dataclass(frozen=True)
-class Dataset:
-    """The result of one stage of a run, which is not looked into.
-
-    Attributes
-    ----------
-    path, size
-        Where it is, and its bytes.
-    changed
-        POSIX time of writing.
-    """
-
-    path: Path
-    size: int
-    changed: float
-
-
-@dataclass(frozen=True)
-class Leftover:
-    """A file that nobody needs any more.
-
-    Attributes
-    ----------
-    path, size
-        Where it is, and its bytes.
-    stage, run
-        Whose lock must be held to remove it; empty if nobody's.
-    reason
-        Why it is of no use.
-    """
-
-    path: Path
-    size: int
-    stage: str
-    run: str
-    reason: str
-
-
-@dataclass(frozen=True)
-class _File:
-    path: Path
-    size: int
-    changed: float
-
-
-@dataclass(frozen=True)
-class _Listing:
-    """The files of one stage; datasets and logs by their runs."""
-
-    datasets: Mapping[str, _File]
-    beside: tuple[_File, ...]
-    parts: tuple[_File, ...]
-    logs: Mapping[str, _File]
-
-
-@dataclass(frozen=True)
-class Survey:
+class ScenarioStatus:
     """What the results of a scenario hold.
 
     Attributes
@@ -217,56 +162,57 @@ class Survey:
     checkpoints
         Every checkpoint, those of runs that are not in the scenario included.
     others
-        Lock files that nobody holds, and files that were begun more than `PART_AGE` ago and
-        never completed; none of a run that is being worked on.
+        Lock files that nobody holds, records of failures, and incomplete files that were abandoned;
+        none of a run that is being worked on.
     datasets
         Every dataset by its stage and run, those of runs that are not in the scenario included.
     """
 
     runs: tuple[RunStatus, ...]
-    checkpoints: tuple[Checkpoint, ...]
+    checkpoints: tuple[CheckpointFile, ...]
     others: tuple[Leftover, ...]
-    datasets: Mapping[tuple[str, str], Dataset]
+    datasets: Mapping[tuple[str, str], ListedFile]
 
     def counts(self, stage: str) -> dict[str, int]:
         """Return how many runs of a stage are in each of `STATES`."""
-        found = [run.state for run in self.runs if run.stage == stage]
-        return {state: found.count(state) for state in STATES}
+        states = [run.state for run in self.runs if run.stage == stage]
+        return {state: states.count(state) for state in STATES}
 
     @property
-    def stale(self) -> tuple[Checkpoint, ...]:
+    def stale(self) -> tuple[CheckpointFile, ...]:
         """The checkpoints that are of no use any more."""
         return tuple(file for file in self.checkpoints if file.stale)
 
     def leftovers(self, everything: bool = False) -> tuple[Leftover, ...]:
         """Return the files that nobody needs any more, none of a run that is being worked on.
 
-        They are stale checkpoints, and `others`; what a stopped or failed run goes on from is left
-        alone, its lock included.
+        They are stale checkpoints, and `others`; what an interrupted or failed run resumes from is
+        left alone, its lock and the record of its failure included.
 
         Parameters
         ----------
         everything
-            Whether these runs shall begin anew: their checkpoints and locks count too.
+            Whether these runs shall start from the beginning: their files count too.
         """
-        states = {(run.stage, run.run): run.state for run in self.runs}
-        found = []
+        runs = {(run.stage, run.run): run for run in self.runs}
+        running = {key for key, run in runs.items() if run.state == "running"}
+        resumable = {key for key, run in runs.items() if run.progress is not None}
+        unneeded = []
         for file in self.checkpoints:
-            unwanted = everything and states.get((file.stage, file.run)) != "running"
+            unwanted = everything and (file.stage, file.run) not in running
             reason = file.stale or (UNWANTED if unwanted else "")
             if reason:
-                found.append(Leftover(file.path, file.size, file.stage, file.run, reason))
-        waiting = {(run.stage, run.run) for run in self.runs if run.progress is not None}
+                unneeded.append(Leftover(file.path, file.size, file.stage, file.run, reason))
         for other in self.others:
-            waits = (other.stage, other.run) in waiting
-            if everything or not (waits and other.reason == UNHELD):
-                found.append(other)
+            waits = (other.stage, other.run) in resumable and other.reason == UNHELD
+            if everything or not (waits or other.reason == UNWANTED):
+                unneeded.append(other)
         # In the order in which they are removed, one lock after another.
-        return tuple(sorted(found, key=lambda file: (file.stage, file.run, file.path)))
+        return tuple(sorted(unneeded, key=lambda file: (file.stage, file.run, file.path)))
 
 
-def status(scenario: Scenario, results: Path) -> list[RunStatus]:
-    """Return how far every run of every stage of a scenario has come.
+def scenario_status(scenario: Scenario, results: Path) -> ScenarioStatus:
+    """Return how far every run of every stage of a scenario is, and what lies about.
 
     Parameters
     ----------
@@ -280,211 +226,146 @@ def status(scenario: Scenario, results: Path) -> list[RunStatus]:
     DatasetError
         When a folder of results cannot be read.
     """
-    return list(survey(scenario, results).runs)
-
-
-def survey(scenario: Scenario, results: Path) -> Survey:
-    """Return what the results of a scenario hold; see `status`."""
     runs: list[RunStatus] = []
-    checkpoints: list[Checkpoint] = []
-    datasets: dict[tuple[str, str], Dataset] = {}
-    others = [_leftover(file, "", "", UNCOMPLETED) for file in _files(results) if _is_old(file)]
+    checkpoints: list[CheckpointFile] = []
+    datasets: dict[tuple[str, str], ListedFile] = {}
+    abandoned = [file for file in list_files(results) if file.is_abandoned]
+    others = [_leftover(file, "", "", INCOMPLETE) for file in abandoned]
     for stage in STAGES:
-        folder = results / stage / CHECKPOINTS
-        listing = _list(results, stage)
-        holders = _holders(folder, listing)
+        files = stage_files(results, stage)
+        holders, killed = _holders(files)
         coordinates = _shared_coordinates(scenario, stage)
-        done = frozenset(listing.datasets)
-        classify = partial(_checkpoint, stage, frozenset(coordinates), done, holders)
-        found = [each for each in map(classify, listing.beside) if each is not None]
-        checkpoints += found
-        usable = _by_run(found)
+        usable = defaultdict(list)
+        for file in files.beside:
+            checkpoint = _checkpoint(stage, file, coordinates, files.datasets, holders)
+            if checkpoint is not None:
+                checkpoints.append(checkpoint)
+                if not checkpoint.stale:
+                    usable[checkpoint.run].append(checkpoint)
         for run, values in coordinates.items():
-            runs.append(
-                _run_status(stage, run, values, listing, holders.get(run), usable.get(run, []))
-            )
-        for run, file in listing.datasets.items():
-            datasets[stage, run] = Dataset(file.path, file.size, file.changed)
-        others += [each for each in _others(stage, listing) if each.run not in holders]
-    return Survey(tuple(runs), tuple(checkpoints), tuple(others), datasets)
+            process = holders.get(run), killed.get(run)
+            runs.append(_run_status(stage, run, values, files, usable[run], *process))
+        datasets |= {(stage, run): file for run, file in files.datasets.items()}
+        others += [each for each in _others(stage, files, coordinates) if each.run not in holders]
+    return ScenarioStatus(tuple(runs), tuple(checkpoints), tuple(others), datasets)
 
 
-def _files(folder: Path) -> Iterator[_File]:
-    """Yield the files of a folder, which need not be there; files may vanish meanwhile."""
-    try:
-        with os.scandir(folder) as entries:
-            for entry in entries:
-                try:
-                    if entry.is_file():
-                        found = entry.stat()
-                        yield _File(Path(entry.path), found.st_size, found.st_mtime)
-                except FileNotFoundError:
-                    continue
-    except FileNotFoundError:
-        return
-    except OSError as error:
-        raise DatasetError(f"{folder}: cannot be read ({error.strerror})") from error
+def _holders(files: StageFiles) -> tuple[dict[str, Holder], dict[str, Holder]]:
+    """Return the processes at work and those that died at work, by run.
 
-
-def _list(results: Path, stage: str) -> _Listing:
-    # A run that ends meanwhile writes its dataset and then removes its checkpoints: seen in this
-    # order it is never missing.
-    beside = tuple(_files(results / stage / CHECKPOINTS))
-    files = tuple(_files(results / stage))
-    return _Listing(
-        {file.path.stem: file for file in files if file.path.suffix == ".nc"},
-        beside,
-        tuple(file for file in files + beside if _is_old(file)),
-        {file.path.stem: file for file in _files(results / LOGS / stage)},
-    )
-
-
-def _is_old(file: _File) -> bool:
-    return bool(_PART.fullmatch(file.path.name)) and time.time() - file.changed > PART_AGE
-
-
-def _holders(folder: Path, listing: _Listing) -> dict[str, Holder]:
-    """Return who works on runs, by run; only those are looked at that left word of themselves."""
-    found: dict[str, Holder] = {}
-    for file in listing.beside:
-        name = _LOCK.fullmatch(file.path.name)
-        if name and file.path.name.endswith(HOLDER_SUFFIX):
-            holder = holder_of(folder, name[1])
-            if holder is not None:
-                found[name[1]] = holder
-    return found
+    Only locks are looked at whose holders left their names.
+    """
+    holders, killed = dict[str, Holder](), dict[str, Holder]()
+    for run in files.with_suffix(HOLDER_SUFFIX):
+        holder = holder_of(files.folder, run)
+        if holder is not None:
+            holders[run] = holder
+        elif holder_path(files.folder, run).exists():
+            killed[run] = read_holder(holder_path(files.folder, run))
+    return holders, killed
 
 
 def _shared_coordinates(scenario: Scenario, stage: str) -> dict[str, dict[str, Any]]:
     """Return the swept values that are common to all runs that share a run of a stage."""
-    found: dict[str, dict[str, Any]] = {}
+    shared: dict[str, dict[str, Any]] = {}
     for run in scenario.runs():
-        values = found.setdefault(run.ids[stage], dict(run.coordinates))
+        values = shared.setdefault(run.ids[stage], dict(run.coordinates))
         for label in [label for label, value in values.items() if run.coordinates[label] != value]:
             del values[label]
-    return found
+    return shared
 
 
 def _checkpoint(
     stage: str,
-    known: frozenset[str],
-    done: frozenset[str],
-    holders: Mapping[str, Holder],
-    file: _File,
-) -> Checkpoint | None:
+    file: ListedFile,
+    runs: Collection[str],
+    done: Collection[str],
+    running: Collection[str],
+) -> CheckpointFile | None:
     """Return what is known of a file that may be a checkpoint, None where it is none."""
     name = _CHECKPOINT.fullmatch(file.path.name)
     if name is None:
         return None
-    run, code = name[1], name[2]
-    if run in holders:
-        stale = ""
-    elif run not in known:
+    run, code, stale = name[1], name[2], ""
+    if run in running:
+        pass
+    elif run not in runs:
         stale = FOREIGN
     elif run in done:
         stale = FINISHED
-    else:
-        stale = OUTDATED if code != fingerprint(stage) else ""
-    header = None if stale else _header(file.path, (stage, run, code))
+    elif code != fingerprint(stage):
+        stale = OUTDATED
+    header = None
+    if not stale:
+        with suppress(CheckpointError):
+            header = read_header(file.path)
+        if header and (header.stage, header.run, header.fingerprint) != (stage, run, code):
+            header = None
     if header is None and not file.path.exists():
         return None  # Its run went on meanwhile.
-    return Checkpoint(file.path, file.size, stage, run, code, stale, header)
-
-
-def _header(path: Path, named: tuple[str, str, str]) -> Header | None:
-    """Return a checkpoint's header, None where it is damaged or not what its name says."""
-    try:
-        header = read_header(path)
-    except CheckpointError:
-        return None
-    return header if (header.stage, header.run, header.fingerprint) == named else None
-
-
-def _by_run(checkpoints: list[Checkpoint]) -> dict[str, list[Checkpoint]]:
-    found: dict[str, list[Checkpoint]] = {}
-    for file in checkpoints:
-        if not file.stale:
-            found.setdefault(file.run, []).append(file)
-    return found
+    return CheckpointFile(file.path, file.size, stage, run, stale, header)
 
 
 def _run_status(
     stage: str,
     run: str,
     coordinates: Mapping[str, Any],
-    listing: _Listing,
+    files: StageFiles,
+    usable: Sequence[CheckpointFile],
     holder: Holder | None,
-    files: list[Checkpoint],
+    killed: Holder | None,
 ) -> RunStatus:
-    headers = [file.header for file in files if file.header is not None]
-    error = ""
+    headers = [file.header for file in usable if file.header is not None]
+    failure = None
     if holder is not None:
         state = "running"
-    elif run in listing.datasets:
+    elif run in files.datasets:
         state = "done"
     else:
-        error = _error(listing.logs.get(run), headers)
-        state = "failed" if error else "stopped" if headers else "missing"
+        failure = read_failure(failure_path(files.folder, run))
+        state = "failed" if failure else "interrupted" if headers else "missing"
+    if failure is not None or state == "done":
+        killed = None
     progress = _progress(headers, holder is not None) if headers else None
-    damaged = len(files) - len(headers)
-    return RunStatus(stage, run, coordinates, state, holder, progress, damaged, error)
+    damaged = len(usable) - len(headers)
+    return RunStatus(stage, run, coordinates, state, holder, killed, progress, damaged, failure)
 
 
-def _error(log: _File | None, headers: list[Header]) -> str:
-    """Return the line with which a run says that it failed, empty where it did not.
-
-    One that a signal stopped says so and did not fail, and one that was killed says nothing. An
-    error that is older than a checkpoint is that of an earlier attempt.
-    """
-    written = max((header.written for header in headers), default=0.0)
-    if log is None or not log.size or log.changed < written:
-        return ""
-    try:
-        with log.path.open("rb") as file:
-            file.seek(max(log.size - _TAIL, 0))
-            tail = file.read().decode(errors="replace")
-    except FileNotFoundError:
-        return ""  # Its run has begun again meanwhile.
-    except OSError as error:
-        raise DatasetError(f"{log.path}: cannot be read ({error.strerror})") from error
-    lines = [line.strip() for line in tail.splitlines() if line.strip()]
-    # Some errors quote what another program said, on the lines after the first.
-    ending = next(filter(_ENDING.fullmatch, reversed(lines)), "")
-    return "" if ending.startswith(Interrupted.__name__) else ending
-
-
-def _progress(headers: list[Header], running: bool) -> Progress:
-    """Return the progress that a run's generations of checkpoints tell of."""
-    ordered = sorted(headers, key=lambda header: header.written)
-    newest = ordered[-1]
+def _progress(headers: Sequence[Header], running: bool) -> RunProgress:
+    """Return the progress that a run's generations of checkpoints show."""
+    *earlier, newest = sorted(headers, key=lambda header: header.written)
     seconds, steps, span = newest.seconds, newest.step, newest.time
-    if len(ordered) > 1 and ordered[-2].fingerprint == newest.fingerprint:
+    before = earlier[-1] if earlier else None
+    if (
+        before is not None
+        and before.fingerprint == newest.fingerprint
+        and newest.seconds >= before.seconds + LEAST_STRETCH
+        and newest.time > before.time
+    ):
         # The start is no measure of what comes: films thin, and steps adapt.
-        before = ordered[-2]
-        if newest.seconds >= before.seconds + LEAST_STRETCH and newest.time > before.time:
-            seconds, steps = seconds - before.seconds, steps - before.step
-            span -= before.time
+        seconds, steps, span = seconds - before.seconds, steps - before.step, span - before.time
     rate = steps / seconds if seconds > 0 and steps > 0 else None
     remaining = None
     if seconds > 0 and span > 0:
         remaining = max(newest.end - newest.time, 0.0) * seconds / span
         if running:
             remaining = max(remaining - max(time.time() - newest.written, 0.0), 0.0)
-    return Progress(
+    return RunProgress(
         newest.time, newest.end, newest.step, newest.restarts, newest.written, rate, remaining
     )
 
 
-def _others(stage: str, listing: _Listing) -> Iterator[Leftover]:
+def _others(stage: str, files: StageFiles, runs: Collection[str]) -> Iterator[Leftover]:
     """Yield a stage's leftovers besides checkpoints, those of runs at work included."""
-    for file in listing.beside:
-        name = _LOCK.fullmatch(file.path.name)
-        if name:
-            yield _leftover(file, stage, name[1], UNHELD)
-    for file in listing.parts:
-        name = _PART.fullmatch(file.path.name)
-        yield _leftover(file, stage, (name and name[1]) or "", UNCOMPLETED)
+    for suffix in (LOCK_SUFFIX, HOLDER_SUFFIX):
+        for run, file in files.with_suffix(suffix).items():
+            yield _leftover(file, stage, run, UNHELD)
+    for run, file in files.with_suffix(FAILURE_SUFFIX).items():
+        reason = FOREIGN if run not in runs else FINISHED if run in files.datasets else UNWANTED
+        yield _leftover(file, stage, run, reason)
+    for file in files.abandoned:
+        yield _leftover(file, stage, file.part_of, INCOMPLETE)
 
 
-def _leftover(file: _File, stage: str, run: str, reason: str) -> Leftover:
+def _leftover(file: ListedFile, stage: str, run: str, reason: str) -> Leftover:
     return Leftover(file.path, file.size, stage if run else "", run, reason)

@@ -1,28 +1,59 @@
-"""Removing what nobody needs any more, never from under the hands of somebody at work."""
+"""Files that nobody needs any more, and their removal, never from under a process at work."""
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 from softslip.errors import LockedError, StorageError
 from softslip.files.layout import CHECKPOINTS
 from softslip.operations.lock import claim, lock_path
-from softslip.operations.status import FINISHED, Leftover
+
+FINISHED = "its run is finished"
+FOREIGN = "its run is not in the scenario"
+OUTDATED = "the code of its stage has changed"
+"""Why a checkpoint is stale."""
+
+UNWANTED = "all are to be removed"
+UNHELD = "nobody holds it"
+INCOMPLETE = "was begun and never completed"
+"""Why other files are left over."""
 
 
-def removed(
+@dataclass(frozen=True)
+class Leftover:
+    """A file that nobody needs any more.
+
+    Attributes
+    ----------
+    path, size
+        Where it is, and its bytes.
+    stage, run
+        Whose lock must be held to remove it; empty if nobody's.
+    reason
+        Why it is of no use.
+    """
+
+    path: Path
+    size: int
+    stage: str
+    run: str
+    reason: str
+
+
+def remove(
     results: Path, leftovers: Iterable[Leftover], say: Callable[[str], None]
 ) -> Iterator[Leftover]:
-    """Remove files, each under the lock of the run that it is of, and yield those that were there.
+    """Remove files, each under the lock of its run, and yield those that were still there.
 
     Parameters
     ----------
     results
         Folder of the scenario's results.
     leftovers
-        What is to be removed; see `operations.status.Survey.leftovers`.
+        What is to be removed; see `operations.status.ScenarioStatus.leftovers`.
     say
-        Told, in a sentence, what is kept because somebody works on it.
+        Called with a sentence on what is not removed because a process works on it.
 
     Raises
     ------
@@ -37,17 +68,17 @@ def removed(
             yield from filter(_unlinked, files)
             continue
         try:
-            yield from _removed_of(results / stage, run, files)
+            yield from _remove_of(results / stage, run, files)
         except LockedError as error:
             count = "1 file" if len(files) == 1 else f"{len(files)} files"
             say(f"kept {count} of {stage}: {error}")
 
 
-def _removed_of(folder: Path, run: str, files: list[Leftover]) -> Iterator[Leftover]:
+def _remove_of(folder: Path, run: str, files: list[Leftover]) -> Iterator[Leftover]:
     """Remove files of one run, whose lock is taken first and whose lock file goes last."""
     with claim(folder / CHECKPOINTS, run):
         if not (folder / f"{run}.nc").exists():
-            # It is being made anew since it was looked at.
+            # It was begun again since it was looked at.
             files = [file for file in files if file.reason != FINISHED]
         yield from filter(_unlinked, files)
         lock_path(folder / CHECKPOINTS, run).unlink(missing_ok=True)
