@@ -94,7 +94,14 @@ class _Job:
 
     @contextmanager
     def attempt(self) -> Iterator[None]:
-        """Lock the run while the block runs, and record why it failed if it does."""
+        """Lock the run while the block runs, and record why it failed if it does.
+
+        Outside a folder of results, where no status is asked for, a parent that cannot be read is
+        refused before any file is made.
+        """
+        in_results = (self.output.parent.name, self.output.stem) == (self.row.stage, self.row.id)
+        if self.parent_path is not None and not in_results:
+            _ = self.parent
         with run_lock(self.folder, self.row.id), failure_recorded(self.folder, self.row.id):
             yield
 
