@@ -47,7 +47,7 @@ def test_a_sound_folder_has_no_problem(results: Path) -> None:
     assert found.missing == ()
     assert len(found.verdicts) == 14
     assert not any(each.foreign or each.remarks for each in found.verdicts)
-    assert {each.evidence.state for each in found.verdicts} == {"right"}
+    assert {each.examined.state for each in found.verdicts} == {"right"}
 
 
 # --- what can be done to the bytes of a file ---------------------------------------------------
@@ -236,7 +236,7 @@ def test_what_a_child_was_made_from_is_named_in_the_child(
     assert packing.name in said
 
 
-def test_a_result_that_was_made_anew_is_no_problem(
+def test_a_result_that_a_rerun_made_again_is_no_problem(
     results: Path, check: Callable[[], Verification]
 ) -> None:
     (packing,) = results.glob("packing/*.nc")
@@ -246,7 +246,9 @@ def test_a_result_that_was_made_anew_is_no_problem(
     found = check()
     assert found.problems == ()
     remarks = [remark for each in found.verdicts for remark in each.remarks]
-    assert [str(packing) in remark and "made anew" in remark for remark in remarks] == [True]
+    assert [
+        str(packing) in remark and "made again since by a rerun" in remark for remark in remarks
+    ] == [True]
 
 
 def test_a_copy_that_a_forger_renames_is_named(

@@ -24,8 +24,8 @@ from softslip.files import stamps
 from softslip.files.seals import seal
 from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST, VOLATILE, digests
 from softslip.provenance.verification import survey
-from softslip.provenance.verification.claims import TABLES
-from softslip.provenance.verification.evidence import Evidence, examine
+from softslip.provenance.verification.consistency import TABLES
+from softslip.provenance.verification.examination import Examination, examine
 
 SCENARIO = TINY + "axes:\n  rheometer.stress: [0.2, 0.4]\n"
 """Two runs that share all stages but the last."""
@@ -92,11 +92,11 @@ def _copy() -> Path:
 
 
 @functools.cache
-def _known(path: Path, digest: str) -> Evidence:
+def _known(path: Path, digest: str) -> Examination:
     return examine(path)
 
 
-def remembered(path: Path) -> Evidence:
+def remembered(path: Path) -> Examination:
     """Examine a file, or remember what was found in the very same bytes at the same place."""
     return _known(path, hashlib.sha256(path.read_bytes()).hexdigest())
 

@@ -22,7 +22,7 @@ from softslip.errors import ConfigError
 from softslip.files.storage import replacing
 
 if TYPE_CHECKING:
-    from softslip.provenance.verification import Outcome, Task, Verdict, Verification
+    from softslip.provenance.verification import Rerun, RerunOutcome, Verdict, Verification
 
 app = typer.Typer()
 
@@ -79,11 +79,11 @@ def verify(
     folder = results or Path("results") / loaded.name
     with _bar("reading") as advance:
         found = verification.verify(loaded, folder, lambda done, count: advance(done, count, ""))
-    tasks: Sequence[Task] = verification.tasks(found, stretch) if sample or full else ()
+    reruns: Sequence[Rerun] = verification.possible_reruns(found, stretch) if sample or full else ()
     if sample:
         seed = secrets.randbelow(2**32) if seed is None else seed
-        tasks = verification.chosen(tasks, sample, seed)
-    outcomes = _made_again(tasks, scenario, folder, seed if sample else None)
+        reruns = verification.sampled(reruns, sample, seed)
+    outcomes = _made_again(reruns, scenario, folder, seed if sample else None)
     problems = len(found.problems) + sum(bool(each.problem) for each in outcomes)
     problems += len(found.missing) if complete else 0
     told = {
@@ -130,23 +130,23 @@ def _check_options(
 
 
 def _made_again(
-    tasks: "Sequence[Task]", scenario: str, folder: Path, seed: int | None
-) -> "list[Outcome]":
+    reruns: "Sequence[Rerun]", scenario: str, folder: Path, seed: int | None
+) -> "list[RerunOutcome]":
     """Make products again, with a bar by the time that each took before."""
     from softslip.provenance.verification import reexecute
 
-    if not tasks:
+    if not reruns:
         return []
-    total = sum(task.seconds for task in tasks)
+    total = sum(rerun.seconds for rerun in reruns)
     chosen = f", chosen with --seed {seed}" if seed is not None else ""
-    print(f"making {len(tasks)} again{chosen}; estimated {_duration(total)}", file=sys.stderr)
+    print(f"making {len(reruns)} again{chosen}; estimated {_duration(total)}", file=sys.stderr)
     outcomes, done = [], 0.0
     with _bar("making again") as advance:
-        advance(0.0, total, tasks[0].name)
-        for number, outcome in enumerate(reexecute(tasks, scenario, folder), start=1):
+        advance(0.0, total, reruns[0].name)
+        for number, outcome in enumerate(reexecute(reruns, scenario, folder), start=1):
             outcomes.append(outcome)
-            done += outcome.task.seconds
-            following = tasks[number].name if number < len(tasks) else ""
+            done += outcome.rerun.seconds
+            following = reruns[number].name if number < len(reruns) else ""
             advance(done, total, following)
     return outcomes
 
@@ -179,10 +179,10 @@ def _duration(seconds: float) -> str:
     return f"{seconds:.0f} s"
 
 
-def _show(found: "Verification", outcomes: "list[Outcome]", every: bool) -> None:
+def _show(found: "Verification", outcomes: "list[RerunOutcome]", every: bool) -> None:
     """Print a table, problems first, what is missing, and how many there are of each."""
     console = Console(width=None if sys.stdout.isatty() else 160)
-    again = {each.task.name: each for each in outcomes}
+    again = {each.rerun.name: each for each in outcomes}
     rows = sorted(found.verdicts, key=lambda each: _rank(each, again.get(each.name)))
     table = Table("file", "verdict")
     if outcomes:
@@ -202,7 +202,7 @@ def _show(found: "Verification", outcomes: "list[Outcome]", every: bool) -> None
     console.print(Text(_summary(found, outcomes)))
 
 
-def _rank(verdict: "Verdict", outcome: "Outcome | None") -> int:
+def _rank(verdict: "Verdict", outcome: "RerunOutcome | None") -> int:
     """Return 0 for problems, 1 for what is not of the scenario, and 2 for all else."""
     if verdict.problems or (outcome and outcome.problem):
         return 0
@@ -210,7 +210,7 @@ def _rank(verdict: "Verdict", outcome: "Outcome | None") -> int:
 
 
 def _cells(
-    folder: Path, verdict: "Verdict", outcome: "Outcome | None", with_outcome: bool
+    folder: Path, verdict: "Verdict", outcome: "RerunOutcome | None", with_outcome: bool
 ) -> list[Text | str]:
     problems = [*verdict.problems, *([outcome.problem] if outcome and outcome.problem else [])]
     remarks = ["not of this scenario"] if verdict.foreign else []
@@ -223,10 +223,10 @@ def _cells(
     return [*cells, Text("\n".join([*remarks, *said]))]
 
 
-def _summary(found: "Verification", outcomes: "list[Outcome]") -> str:
+def _summary(found: "Verification", outcomes: "list[RerunOutcome]") -> str:
     verdicts = found.verdicts
     wrong = {each.name for each in verdicts if each.problems}
-    wrong |= {each.task.name for each in outcomes if each.problem}
+    wrong |= {each.rerun.name for each in outcomes if each.problem}
     words = [
         f"{len(verdicts)} files",
         f"{len(wrong)} with problems",

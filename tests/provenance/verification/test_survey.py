@@ -24,20 +24,20 @@ from softslip.files.seals import check_seal, seal
 from softslip.files.storage import digests, read_dataset, write_dataset
 from softslip.provenance.verification import (
     Verification,
-    chosen,
-    claims,
-    comparison,
+    agreement,
+    consistency,
+    possible_reruns,
     reexecute,
-    tasks,
+    sampled,
     verify,
 )
-from softslip.provenance.verification.comparison import DIFFERS, EQUAL, WITHIN, Comparison, compare
-from softslip.provenance.verification.evidence import examine
+from softslip.provenance.verification.agreement import DIFFERS, EQUAL, WITHIN, Agreement, compare
+from softslip.provenance.verification.examination import examine
 from softslip.provenance.verification.reexecution import (
     FAILED,
     STRETCH,
     WHOLE,
-    Outcome,
+    RerunOutcome,
     run_command,
 )
 
@@ -155,7 +155,7 @@ def test_whoever_opens_a_file_for_writing_breaks_its_seal(results: Path) -> None
         check_seal(path)
 
 
-# --- claims ------------------------------------------------------------------------------------
+# --- consistency -------------------------------------------------------------------------------
 
 
 def with_axes(results: Path, axes: str) -> str:
@@ -182,7 +182,7 @@ def test_results_of_other_code_are_named_and_no_problem(
     results: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        claims, "fingerprint", lambda stage: "0" * 16 if stage == "fit" else _true(stage)
+        consistency, "fingerprint", lambda stage: "0" * 16 if stage == "fit" else _true(stage)
     )
     found = verified(results)
     assert found.problems == ()
@@ -192,7 +192,7 @@ def test_results_of_other_code_are_named_and_no_problem(
     assert "other code" in remark
 
 
-_true = claims.fingerprint
+_true = consistency.fingerprint
 
 
 def test_a_last_product_that_is_not_there_is_missing(results: Path) -> None:
@@ -332,12 +332,12 @@ def change(path: Path, name: str, factor: float, place: int = 0) -> None:
 
 
 def test_a_result_is_equal_to_its_copy(results: Path, twin: Path) -> None:
-    assert compare(only(results, "shear/*.nc"), twin) == Comparison(EQUAL, (), ())
+    assert compare(only(results, "shear/*.nc"), twin) == Agreement(EQUAL, (), ())
 
 
 def test_another_machine_alone_makes_no_difference(results: Path, twin: Path) -> None:
     forge_origin(twin, **PROCESSOR)
-    assert compare(only(results, "shear/*.nc"), twin) == Comparison(EQUAL, ("processor",), ())
+    assert compare(only(results, "shear/*.nc"), twin) == Agreement(EQUAL, ("processor",), ())
 
 
 def test_the_same_machine_gives_the_same_bytes(results: Path, twin: Path) -> None:
@@ -390,7 +390,7 @@ def series(key: int, *, mean: float = 1.0, parted: float = 0.5) -> xr.Dataset:
 
 
 def misfits(first: xr.Dataset, second: xr.Dataset) -> list[str]:
-    found = comparison._number_quantities(first, second)
+    found = agreement._number_quantities(first, second)
     return [each.name for each in found if not each.fits]
 
 
@@ -487,9 +487,9 @@ def contents(folder: Path) -> dict[Path, tuple[bytes, int]]:
     return {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in files}
 
 
-def again(results: Path, *names: str, stretch: bool = False) -> list[Outcome]:
+def again(results: Path, *names: str, stretch: bool = False) -> list[RerunOutcome]:
     """Make products again, by default all."""
-    possible = tasks(verified(results), stretch)
+    possible = possible_reruns(verified(results), stretch)
     wanted = [each for each in possible if not names or each.name in names]
     assert len(wanted) == len(names or possible)
     return list(reexecute(wanted, small_results.source(results), results, call))
@@ -548,7 +548,7 @@ def test_a_table_is_gathered_again_from_its_own_runs(results: Path, tmp_path: Pa
 
 
 def test_what_cannot_be_made_is_named(results: Path) -> None:
-    (task,) = (each for each in tasks(verified(results)) if each.name == "fits.nc")
+    (task,) = (each for each in possible_reruns(verified(results)) if each.name == "fits.nc")
     (outcome,) = reexecute([task], small_results.source(results), results, lambda *_: "no disk")
     assert outcome.verdict == FAILED
     assert outcome.problem == f"{results / 'fits.nc'}: could not be made again: no disk"
@@ -557,7 +557,7 @@ def test_what_cannot_be_made_is_named(results: Path) -> None:
 def test_only_sound_products_of_sound_parents_are_made_again(results: Path) -> None:
     path = only(results, "shear/*.nc")
     path.write_bytes(path.read_bytes()[:-1])
-    named = {each.name for each in tasks(verified(results))}
+    named = {each.name for each in possible_reruns(verified(results))}
     other = sorted(results.glob("shear/*.nc"))[1].stem
     kept = {f"shear/{other}.nc", f"figures/snapshots/{other}.png", "fits.nc"}
     drawn = {f"figures/{name}.png" for name in ("flow_curves", "creep", "profiles")}
@@ -567,18 +567,18 @@ def test_only_sound_products_of_sound_parents_are_made_again(results: Path) -> N
 
 
 def test_a_sample_is_a_function_of_its_seed(results: Path) -> None:
-    possible = tasks(verified(results))
+    possible = possible_reruns(verified(results))
     order = [each.name for each in possible]
-    drawn = [chosen(possible, 3, seed) for seed in range(40)]
-    assert drawn[7] == chosen(possible, 3, 7)
+    drawn = [sampled(possible, 3, seed) for seed in range(40)]
+    assert drawn[7] == sampled(possible, 3, 7)
     for sample in drawn:
         places = [order.index(each.name) for each in sample]
         assert places == sorted(set(places))
         assert len(places) == 3
     # Each product is left out of forty samples once in ten thousand times.
     assert {each.name for sample in drawn for each in sample} == set(order)
-    assert chosen(possible, 99, 1) == possible
-    assert chosen((), 3, 1) == ()
+    assert sampled(possible, 99, 1) == possible
+    assert sampled((), 3, 1) == ()
 
 
 def test_the_estimate_is_what_it_took_before(results: Path) -> None:
@@ -586,12 +586,12 @@ def test_the_estimate_is_what_it_took_before(results: Path) -> None:
     told = {"core_seconds": 30.0, "threads": 2}
     slow = tuple(
         replace(
-            each, evidence=replace(each.evidence, product=replace(each.product, provenance=told))
+            each, examined=replace(each.examined, product=replace(each.product, provenance=told))
         )
         for each in found.verdicts
         if each.product is not None
     )
-    assert {each.seconds for each in tasks(replace(found, verdicts=slow))} == {15.0}
+    assert {each.seconds for each in possible_reruns(replace(found, verdicts=slow))} == {15.0}
 
 
 @pytest.fixture
@@ -608,10 +608,10 @@ def kept(results: Path) -> Path:
 def test_the_last_stretch_of_a_run_comes_out_again(results: Path, kept: Path) -> None:
     before = contents(results)
     name = f"shear/{kept.name.partition('.')[0]}.nc"
-    whole = next(each.seconds for each in tasks(verified(results)) if each.name == name)
+    whole = next(each.seconds for each in possible_reruns(verified(results)) if each.name == name)
     (outcome,) = again(results, name, stretch=True)
     assert (outcome.verdict, outcome.how) == (EQUAL, STRETCH), outcome.problem
-    assert outcome.task.seconds < whole
+    assert outcome.rerun.seconds < whole
     assert contents(results) == before
 
 

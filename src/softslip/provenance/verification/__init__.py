@@ -1,6 +1,21 @@
 """Whether results are what they say: their digests, their lineage, and whether they come again."""
 
-from softslip.provenance.verification.reexecution import Outcome, Task, chosen, reexecute, tasks
+from softslip.provenance.verification.reexecution import (
+    Rerun,
+    RerunOutcome,
+    possible_reruns,
+    reexecute,
+    sampled,
+)
 from softslip.provenance.verification.survey import Verdict, Verification, verify
 
-__all__ = ["Outcome", "Task", "Verdict", "Verification", "chosen", "reexecute", "tasks", "verify"]
+__all__ = [
+    "Rerun",
+    "RerunOutcome",
+    "Verdict",
+    "Verification",
+    "possible_reruns",
+    "reexecute",
+    "sampled",
+    "verify",
+]

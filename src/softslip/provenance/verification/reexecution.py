@@ -25,14 +25,14 @@ from softslip.messages import file_text
 from softslip.provenance.archive import Archive
 from softslip.provenance.fingerprints import fingerprint
 from softslip.provenance.lineage import Product
-from softslip.provenance.verification.comparison import DIFFERS, Comparison, Quantity, compare
+from softslip.provenance.verification.agreement import DIFFERS, Agreement, Difference, compare
 from softslip.provenance.verification.survey import Verdict, Verification
 from softslip.simulation.checkpoint import SUFFIX, read_header
 
 WHOLE, STRETCH = "whole", "last stretch"
 """How much of a result is made again."""
 
-KEPT = ("ageing", "shear")
+THREADED = ("ageing", "shear")
 """Stages with threads and checkpoints."""
 
 FAILED = "failed"
@@ -43,7 +43,7 @@ Runner = Callable[[Sequence[str], Path], str]
 
 
 @dataclass(frozen=True)
-class Task:
+class Rerun:
     """Something that is to be made again.
 
     Attributes
@@ -65,12 +65,12 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class RerunOutcome:
     """What came of making something again.
 
     Attributes
     ----------
-    task
+    rerun
         What it was.
     verdict
         That of the comparison, or `FAILED`.
@@ -80,21 +80,21 @@ class Outcome:
         None if there was nothing to compare.
     """
 
-    task: Task
+    rerun: Rerun
     verdict: str
     problem: str
-    comparison: Comparison | None
+    comparison: Agreement | None
 
     @property
     def how(self) -> str:
         """`WHOLE` or `STRETCH`."""
-        return WHOLE if self.task.checkpoint is None else STRETCH
+        return WHOLE if self.rerun.checkpoint is None else STRETCH
 
     def as_mapping(self) -> dict[str, Any]:
         """Return it as JSON has it."""
         found = self.comparison
         return {
-            "file": self.task.name,
+            "file": self.rerun.name,
             "executed": self.how,
             "verdict": self.verdict,
             "problem": self.problem,
@@ -103,7 +103,7 @@ class Outcome:
         }
 
 
-def tasks(verification: Verification, stretch: bool = False) -> tuple[Task, ...]:
+def possible_reruns(verification: Verification, stretch: bool = False) -> tuple[Rerun, ...]:
     """Return what can be made again, in the order of the chain.
 
     These are the scenario's products whose files are sound, and so are all their parents'.
@@ -115,7 +115,7 @@ def tasks(verification: Verification, stretch: bool = False) -> tuple[Task, ...]
     stretch
         Whether of runs that have left a checkpoint only the last stretch is made.
     """
-    unsound = {each.evidence.path for each in verification.verdicts if not each.sound}
+    unsound = {each.examined.path for each in verification.verdicts if not each.sound}
     archive = Archive(verification.folder)
     return tuple(
         _task(verification.folder, verdict.name, verdict.product, stretch)
@@ -131,19 +131,19 @@ def _is_feasible(verdict: Verdict, product: Product, archive: Archive, unsound: 
     return all(place.exists() and place not in unsound for place in places)
 
 
-def _task(folder: Path, name: str, product: Product, stretch: bool) -> Task:
+def _task(folder: Path, name: str, product: Product, stretch: bool) -> Rerun:
     told = product.provenance
     seconds = float(told["core_seconds"]) / max(int(told["threads"]), 1)
     found = _checkpoint(folder, product) if stretch else None
     if found is None:
-        return Task(name, product, None, seconds)
+        return Rerun(name, product, None, seconds)
     path, share = found
-    return Task(name, product, path, seconds * share)
+    return Rerun(name, product, path, seconds * share)
 
 
 def _checkpoint(folder: Path, product: Product) -> tuple[Path, float] | None:
     """Return a checkpoint that a run has left for this code, and the share of it that is left."""
-    if product.stage not in KEPT:
+    if product.stage not in THREADED:
         return None
     path = (
         folder / product.stage / CHECKPOINTS / f"{product.run}.{fingerprint(product.stage)}{SUFFIX}"
@@ -157,8 +157,8 @@ def _checkpoint(folder: Path, product: Product) -> tuple[Path, float] | None:
     return path, 1 - min(header.time / header.end, 1.0) if header.end > 0 else 0.0
 
 
-def chosen(possible: Sequence[Task], count: int, seed: int) -> tuple[Task, ...]:
-    """Choose some tasks at random, a function of the seed, and keep their order.
+def sampled(possible: Sequence[Rerun], count: int, seed: int) -> tuple[Rerun, ...]:
+    """Choose some reruns at random, a function of the seed, and keep their order.
 
     Parameters
     ----------
@@ -200,13 +200,13 @@ def run_command(words: Sequence[str], folder: Path) -> str:
 
 
 def reexecute(
-    chosen_tasks: Iterable[Task], source: str, folder: Path, runner: Runner = run_command
-) -> Iterator[Outcome]:
+    reruns: Iterable[Rerun], source: str, folder: Path, runner: Runner = run_command
+) -> Iterator[RerunOutcome]:
     """Make results again, one after the other, and yield what came of each.
 
     Parameters
     ----------
-    chosen_tasks
+    reruns
         What to make, of one scenario.
     source
         Name or path of the scenario, as `config.scenario.load_scenario` takes it.
@@ -216,34 +216,36 @@ def reexecute(
         Runs the commands.
     """
     path = Path(source) if source.endswith(".yaml") else SCENARIOS / f"{source}.yaml"
-    for task in chosen_tasks:
+    for rerun in reruns:
         with tempfile.TemporaryDirectory(prefix="softslip-verify-") as work:
-            yield _outcome(task, path.absolute(), folder.absolute(), Path(work).resolve(), runner)
+            yield _outcome(rerun, path.absolute(), folder.absolute(), Path(work).resolve(), runner)
 
 
-def _outcome(task: Task, scenario: Path, results: Path, work: Path, runner: Runner) -> Outcome:
-    product, name = task.product, file_text(task.product.path)
-    output = work / "results" / task.name
+def _outcome(
+    rerun: Rerun, scenario: Path, results: Path, work: Path, runner: Runner
+) -> RerunOutcome:
+    product, name = rerun.product, file_text(rerun.product.path)
+    output = work / "results" / rerun.name
     output.parent.mkdir(parents=True)
-    words = _command(task, scenario, results, work, output)
-    if task.checkpoint is not None:
+    words = _command(rerun, scenario, results, work, output)
+    if rerun.checkpoint is not None:
         kept = output.parent / CHECKPOINTS
         kept.mkdir()
-        shutil.copyfile(task.checkpoint, kept / task.checkpoint.name)
+        shutil.copyfile(rerun.checkpoint, kept / rerun.checkpoint.name)
     said = runner(words, work)
     if said:
-        return Outcome(task, FAILED, f"{name}: could not be made again: {said}", None)
+        return RerunOutcome(rerun, FAILED, f"{name}: could not be made again: {said}", None)
     try:
         found = compare(product.path, output)
     except DatasetError as error:
-        return Outcome(task, FAILED, f"{name}: could not be compared: {error}", None)
+        return RerunOutcome(rerun, FAILED, f"{name}: could not be compared: {error}", None)
     problem = f"{name}: {_difference(found, product)}" if found.verdict == DIFFERS else ""
-    return Outcome(task, found.verdict, problem, found)
+    return RerunOutcome(rerun, found.verdict, problem, found)
 
 
-def _command(task: Task, scenario: Path, results: Path, work: Path, output: Path) -> list[str]:
+def _command(rerun: Rerun, scenario: Path, results: Path, work: Path, output: Path) -> list[str]:
     """Return the command that makes a product, and link what it reads."""
-    product, archive = task.product, Archive(results)
+    product, archive = rerun.product, Archive(results)
     parents = [str(archive.place(parent)) for parent in product.parents]
     end = ["--output", str(output)]
     if product.stage in TABLES:
@@ -259,12 +261,12 @@ def _command(task: Task, scenario: Path, results: Path, work: Path, output: Path
     words = [product.stage, str(scenario), product.run, *end]
     if parents:
         words += ["--parent", *parents]
-    if product.stage in KEPT:
+    if product.stage in THREADED:
         words += ["--threads", str(product.provenance["threads"])]
-    return [*words, "--resume"] if task.checkpoint is not None else words
+    return [*words, "--resume"] if rerun.checkpoint is not None else words
 
 
-def _difference(found: Comparison, product: Product) -> str:
+def _difference(found: Agreement, product: Product) -> str:
     """Return in words what differs."""
     worst = [each for each in found.quantities if not each.fits] or list(found.quantities)
     named = ", ".join(_in_words(each) for each in worst[:3])
@@ -277,7 +279,7 @@ def _difference(found: Comparison, product: Product) -> str:
     return f"does not come out again: {named or 'its bytes'}{more}; {how}"
 
 
-def _in_words(quantity: Quantity) -> str:
+def _in_words(quantity: Difference) -> str:
     if not np.isfinite(quantity.difference):
         return quantity.name
     return f"{quantity.name} by {quantity.difference:.2g}, allowed {quantity.tolerance:.2g}"

@@ -13,8 +13,8 @@ from softslip.provenance.archive import UNREADABLE, Archive
 from softslip.provenance.environment import environment
 from softslip.provenance.fingerprints import fingerprints
 from softslip.provenance.lineage import Product
-from softslip.provenance.verification.claims import Claims, expected
-from softslip.provenance.verification.evidence import Evidence, examine
+from softslip.provenance.verification.consistency import Consistency, expected
+from softslip.provenance.verification.examination import Examination, examine
 
 Progress = Callable[[int, int], None]
 """Called as progress(files read, files in all)."""
@@ -32,7 +32,7 @@ class Verdict:
     ----------
     name
         Of the file, below the folder of results.
-    evidence
+    examined
         What it is and says.
     problems
         What is wrong, each in one sentence that names the file.
@@ -45,7 +45,7 @@ class Verdict:
     """
 
     name: str
-    evidence: Evidence
+    examined: Examination
     problems: tuple[str, ...]
     remarks: tuple[str, ...]
     foreign: bool
@@ -54,7 +54,7 @@ class Verdict:
     @property
     def product(self) -> Product | None:
         """What the file says of itself, if it can be believed."""
-        return self.evidence.product
+        return self.examined.product
 
     @property
     def sound(self) -> bool:
@@ -70,7 +70,7 @@ class Verdict:
             "file": self.name,
             "stage": product and product.stage,
             "run": product and product.run,
-            "digests": self.evidence.state,
+            "digests": self.examined.state,
             "content_sha256": product and product.content,
             "record_sha256": product and product.record,
             "verdict": "sound" if self.sound else "problem",
@@ -148,14 +148,14 @@ def verify(scenario: Scenario, folder: Path, progress: Progress = _ignore) -> Ve
         raise DatasetError(f"{file_text(folder)}: is no folder; run the scenario, or give another")
     archive = Archive(folder)
     files = archive.files
-    evidence: dict[Path, Evidence] = {}
+    examined: dict[Path, Examination] = {}
     for number, path in enumerate(files):
         progress(number, len(files))
-        evidence[path] = examine(path)
+        examined[path] = examine(path)
     progress(len(files), len(files))
     for path, problem in archive.closed_folders.items():
-        evidence[path] = Evidence(path, UNREADABLE, problem)
-    claims = Claims(scenario, folder, evidence)
+        examined[path] = Examination(path, UNREADABLE, problem)
+    claims = Consistency(scenario, folder, examined)
     order = {name: place for place, name in enumerate(expected(scenario))}
     verdicts = sorted(
         _verdicts(claims), key=lambda each: (order.get(each.name, len(order)), each.name)
@@ -168,8 +168,8 @@ def verify(scenario: Scenario, folder: Path, progress: Progress = _ignore) -> Ve
     return Verification(scenario, folder, tuple(verdicts), () if everywhere else tuple(missing))
 
 
-def _verdicts(claims: Claims) -> Iterator[Verdict]:
-    for path, found in claims.evidence.items():
+def _verdicts(claims: Consistency) -> Iterator[Verdict]:
+    for path, found in claims.examined.items():
         name, product = path.relative_to(claims.folder).as_posix(), found.product
         if product is None:
             yield Verdict(name, found, (found.problem,), (), False, False)

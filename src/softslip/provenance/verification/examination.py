@@ -25,7 +25,7 @@ MARKS = ("parent", "mean_radius", "area_fraction")
 
 
 @dataclass(frozen=True)
-class Cell:
+class RunCell:
     """What a table says of one run.
 
     Attributes
@@ -44,7 +44,7 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class Evidence:
+class Examination:
     """What a file holds, without its numbers.
 
     Attributes
@@ -68,37 +68,37 @@ class Evidence:
     problem: str = ""
     product: Product | None = None
     marks: Mapping[str, Any] = field(default_factory=dict)
-    cells: tuple[Cell, ...] | None = None
+    cells: tuple[RunCell, ...] | None = None
 
 
-def examine(path: Path) -> Evidence:
+def examine(path: Path) -> Examination:
     """Read a whole file, and recompute its seal and its digests."""
     try:
         return _examined(path)
     except DatasetError as error:
         state = UNREADABLE if isinstance(error.__cause__, OSError) else ALTERED
-        return Evidence(path, state, str(error))
+        return Examination(path, state, str(error))
     # What whoever forged a file has put into it can make readers raise anything.
     except Exception as error:
         reason = " ".join(f"{type(error).__name__} {error}".split())
         problem = f"{file_text(path)}: holds what no command writes ({reason}); make it again"
-        return Evidence(path, ALTERED, problem)
+        return Examination(path, ALTERED, problem)
 
 
-def _examined(path: Path) -> Evidence:
+def _examined(path: Path) -> Examination:
     if path.suffix != DATASET:
-        return Evidence(path, RIGHT, product=product_of(path, check_figure(path)))
+        return Examination(path, RIGHT, product=product_of(path, check_figure(path)))
     check_seal(path)
     product = read_product(path)
     dataset = read_dataset(path, stage=product.stage, run=product.run)
     marks = {key: np.asarray(dataset.attrs[key]).item() for key in MARKS if key in dataset.attrs}
     cells = tuple(_cells(dataset)) if "run_id" in dataset else None
-    return Evidence(path, RIGHT, product=product, marks=marks, cells=cells)
+    return Examination(path, RIGHT, product=product, marks=marks, cells=cells)
 
 
-def _cells(table: xr.Dataset) -> Iterator[Cell]:
+def _cells(table: xr.Dataset) -> Iterator[RunCell]:
     status, runs = table["status"], table["run_id"].values
     swept = [table[dim].values.tolist() for dim in status.dims]
     for place in np.ndindex(status.shape):
         values = tuple(axis[index] for axis, index in zip(swept, place, strict=True))
-        yield Cell(str(runs[place]), str(status.values[place]) == "done", values)
+        yield RunCell(str(runs[place]), str(status.values[place]) == "done", values)

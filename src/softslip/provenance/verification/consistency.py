@@ -1,6 +1,6 @@
 """What results say of one another and of their scenario, put to the test.
 
-What is one product's alone is checked by `evidence`; here each is compared with its name, with the
+What is one product's alone is checked by `examined`; here each is compared with its name, with the
 parameters that name it, with its parents and with the scenario. That a parent has the parameters
 that its child states follows: both have the same identity, which is a hash of them.
 """
@@ -25,7 +25,7 @@ from softslip.provenance.archive import Archive, usual_place
 from softslip.provenance.attribution import UNKNOWN
 from softslip.provenance.fingerprints import fingerprint
 from softslip.provenance.lineage import Parent, Product
-from softslip.provenance.verification.evidence import RIGHT, Evidence
+from softslip.provenance.verification.examination import RIGHT, Examination
 
 CODE = {**{stage: stage for stage in STAGES}, **dict.fromkeys(TABLES, "gather"), FITS: "fit"} | {
     FIGURE: "draw"
@@ -68,7 +68,7 @@ def expected(scenario: Scenario) -> tuple[str, ...]:
 
 
 @dataclass
-class Claims:
+class Consistency:
     """All that is known of a folder of results, to test each file's claims with.
 
     Attributes
@@ -77,13 +77,13 @@ class Claims:
         Whose results they are.
     folder
         Where they are.
-    evidence
+    examined
         Of each file.
     """
 
     scenario: Scenario
     folder: Path
-    evidence: Mapping[Path, Evidence]
+    examined: Mapping[Path, Examination]
 
     def test(self, product: Product) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """Return what is wrong with a product's claims, and what is worth knowing of them."""
@@ -123,7 +123,7 @@ class Claims:
 
     @cached_property
     def _by_content(self) -> dict[str, Path]:
-        right = [each for each in self.evidence.values() if each.product is not None]
+        right = [each for each in self.examined.values() if each.product is not None]
         return {each.product.content: each.path for each in right if each.product is not None}
 
     def _findings(self, product: Product) -> Iterator[str]:
@@ -179,7 +179,7 @@ class Claims:
             "mean_radius": stated.suspension.mean_radius,
             "area_fraction": stated.suspension.area_fraction,
         }
-        marks = self.evidence[product.path].marks
+        marks = self.examined[product.path].marks
         for key, value in wanted.items():
             if key not in marks or marks[key] != value:
                 yield f"its {key} is {brief(marks.get(key))}, but its parameters say {brief(value)}"
@@ -189,7 +189,7 @@ class Claims:
 
     def _table(self, product: Product) -> Iterator[str]:
         """Compare a table's cells with its parents and their parameters."""
-        cells = self.evidence[product.path].cells
+        cells = self.examined[product.path].cells
         if cells is None:
             yield "has no run_id, so that it cannot be told which runs it was made from"
             return
@@ -210,7 +210,7 @@ class Claims:
 
     def _cell(self, run: str, paths: Sequence[str], values: Sequence[Any]) -> Iterator[str]:
         """Compare the swept values of one run with its parameters."""
-        found = self.evidence.get(self.folder / "shear" / f"{run}{DATASET}")
+        found = self.examined.get(self.folder / "shear" / f"{run}{DATASET}")
         if found is None or found.product is None:
             return
         for path, value in zip(paths, values, strict=True):
@@ -227,7 +227,7 @@ class Claims:
         first = product.parents[0]
         if product.run != first.run:
             yield f"is of {brief(product.run)}, but was made from {first.stage} {first.run}"
-        found = self.evidence.get(self._archive.place(first))
+        found = self.examined.get(self._archive.place(first))
         parent = found.product if found is not None else None
         if parent is None or parent.content != first.content:
             return
@@ -237,8 +237,8 @@ class Claims:
     def _parent(self, product: Product, parent: Parent) -> Iterator[str]:
         """Compare what a product says of a parent with what is there."""
         place = self._archive.place(parent)
-        # Of a folder that cannot be looked into the evidence is that of all in it.
-        found, name = self.evidence.get(place, self.evidence.get(place.parent)), file_text(place)
+        # Of a folder that cannot be looked into the examined is that of all in it.
+        found, name = self.examined.get(place, self.examined.get(place.parent)), file_text(place)
         if found is None:
             elsewhere = self._by_content.get(parent.content)
             if elsewhere is None:
@@ -257,14 +257,16 @@ class Claims:
             yield f"ended before its parent {name} did"
 
     def _relabelled(self, product: Product, parent: Product) -> Iterator[str]:
-        """Tell a parent that was made anew from one whose provenance was edited.
+        """Tell a parent that a rerun made again from one whose provenance was edited.
 
         What a child has read had ended before the child did. A parent that ended later was made
-        anew since; any other is the very one that was read, and says something else now.
+        again since; any other is the very one that was read, and says something else now.
         """
         name = file_text(parent.path)
         if _is_after(parent, "ended", product, "ended"):
-            yield Remark(f"its parent {name} was made anew since, with the same content")
+            yield Remark(
+                f"its parent {name} has been made again since by a rerun, with the same content"
+            )
         else:
             yield f"its parent {name} has been changed since: its provenance is not what it was"
 

@@ -1,14 +1,8 @@
-"""A result and the same made again: equal, equal within stated tolerances, or different.
-
-The same code on the same kind of machine with the same software gives the same bytes. Elsewhere
-numbers are rounded otherwise, and what follows depends on what they are of. The tolerances were
-chosen from runs of 28 particles, of which one began from positions that had been changed by one
-unit in the last place; each `Rule` says why it is as it is.
-"""
+"""A result and its rerun: equal, equal within stated tolerances, or different."""
 
 import re
 from collections.abc import Hashable, Iterator, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -20,14 +14,18 @@ from softslip.files.layout import DATASET
 from softslip.files.stamps import check_figure
 from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST, VOLATILE, read_dataset
 from softslip.provenance.lineage import Product, read_product
+from softslip.provenance.verification.tolerances import (
+    EARLY_STRAIN,
+    EXACT,
+    GROWN,
+    MEASURED,
+    TOLERANCES,
+    Tolerance,
+)
 from softslip.solver.geometry import BoolArray, FloatArray
 
 EQUAL, WITHIN, DIFFERS = "equal", "within tolerance", "differs"
 """What a comparison can find."""
-
-EARLY_STRAIN = 0.5
-"""Strain up to which two runs stay together: differences of rounding grew about tenfold for each
-unit of strain in the runs that tolerances were chosen from."""
 
 LATE_SHARE = 0.5
 """Share of a run, at its end, whose means are compared where the runs have parted."""
@@ -43,84 +41,8 @@ MACHINE = ("processor", "environment", "fingerprint")
 """What must be the same for the same bytes, besides the release."""
 
 
-@dataclass(frozen=True)
-class Rule:
-    """By how much a quantity may differ on another machine.
-
-    Attributes
-    ----------
-    tolerance
-        Largest difference over the scale.
-    reason
-        Why it is as large as that.
-    scale
-        ``"own"`` for the root mean square of the quantity itself, or the name of an attribute or
-        variable whose root mean square it is.
-    chaotic
-        Whether the quantity parts with strain: then only what comes before `EARLY_STRAIN` is held
-        to the tolerance, and of what comes late only the mean is compared.
-    """
-
-    tolerance: float
-    reason: str
-    scale: str = "own"
-    chaotic: bool = False
-
-
-EXACT = Rule(0.0, "a number, word or flag that no rounding changes")
-ROUNDING = Rule(1e-12, "a few operations on the parameters")
-SUMS = Rule(1e-9, "sums and fits of straight lines over its runs")
-FITTED = Rule(1e-5, "where a search for the least squares stops")
-MINIMISED = Rule(
-    0.25,
-    "minimised by LAMMPS until forces are small, and then moved by noise: 0.02 of a radius apart "
-    "after 10,000 steps, 0.12 after 50,000",
-    scale="mean_radius",
-)
-GROWN = Rule(1e-6, "growth is overdamped: differences grew a hundredfold, to 3e-14", "mean_radius")
-FLOW = Rule(
-    5e-3,
-    "steps are chosen from errors and tethers solved for to a residual, both of which rounding "
-    "moves: 1e-4 of slip velocities, 5e-4 of deviations of areas",
-    chaotic=True,
-)
-POSITION = replace(FLOW, scale="mean_radius")
-NOISE = replace(FLOW, scale="traction", reason="what is left over of the balance of stress")
-
-RULES: Mapping[str, tuple[Rule, Mapping[str, Rule]]] = {
-    "packing": (ROUNDING, {"centre": MINIMISED}),
-    "expansion": (SUMS, {"node_position": GROWN}),
-    "ageing": (
-        FLOW,
-        {"node_position": POSITION, "wall_displacement": POSITION, "reference_area": ROUNDING},
-    ),
-    "shear": (
-        FLOW,
-        {
-            "node_position": POSITION,
-            "stress_deviation": NOISE,
-            **dict.fromkeys(
-                ("time", "interval", "profile_time", "snapshot_time", "wall_distance"), ROUNDING
-            ),
-            **dict.fromkeys(("field_x", "field_y"), ROUNDING),
-        },
-    ),
-    **dict.fromkeys(("flow_curve", "creep", "profiles"), (SUMS, {})),
-    "fits": (FITTED, {}),
-}
-"""For each stage the rule of its quantities, and those with rules of their own."""
-
 EFFORT = ("steps", "evaluations", "rejections")
 """Attributes that say how much work a run was, which rounding may change."""
-
-MEASURED = {
-    # Of a relative error, which is rounding itself.
-    "largest_area_error": 1e-9,
-    # The tolerance of positions times the paper's mean radius, and over a contact's thickness.
-    "smallest_distance": 1e-8,
-    "smallest_distance_over_contact_length": 1e-4,
-}
-"""Attributes of an expansion that are measured, and by how much each may differ."""
 
 RELEASE = ("source", "product_version")
 """Attributes that name the release."""
@@ -137,7 +59,7 @@ _PDF_LABELS = b"/Subject "
 
 
 @dataclass(frozen=True)
-class Quantity:
+class Difference:
     """One quantity of a result, compared.
 
     Attributes
@@ -167,7 +89,7 @@ class Quantity:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class Agreement:
     """What was found by comparing a result with the same made again.
 
     Attributes
@@ -182,10 +104,10 @@ class Comparison:
 
     verdict: str
     other: tuple[str, ...]
-    quantities: tuple[Quantity, ...]
+    quantities: tuple[Difference, ...]
 
 
-def compare(recorded: Path, again: Path) -> Comparison:
+def compare(recorded: Path, again: Path) -> Agreement:
     """Compare a result with the same made again.
 
     Parameters
@@ -203,7 +125,7 @@ def compare(recorded: Path, again: Path) -> Comparison:
         first, second = (read_dataset(each.path, stage=each.stage) for each in products)
         same = first.attrs[CONTENT_DIGEST] == second.attrs[CONTENT_DIGEST]
         other = _other(products, first.attrs["source"] != second.attrs["source"])
-        found: list[Quantity] = []
+        found: list[Difference] = []
         if not same:
             found += _attribute_quantities(recorded, again, "release" in other)
             found += _number_quantities(first, second)
@@ -215,10 +137,10 @@ def compare(recorded: Path, again: Path) -> Comparison:
         other = _other(products, False)
         found = [] if same else list(_figure_quantities(recorded, again, labels))
     if same:
-        return Comparison(EQUAL, other, ())
+        return Agreement(EQUAL, other, ())
     ordered = sorted(found, key=lambda each: (each.fits, -each.difference, each.name))
     allowed = bool(other) and bool(found) and all(each.fits for each in found)
-    return Comparison(WITHIN if allowed else DIFFERS, other, tuple(ordered))
+    return Agreement(WITHIN if allowed else DIFFERS, other, tuple(ordered))
 
 
 def _other(products: tuple[Product, Product], other_release: bool) -> tuple[str, ...]:
@@ -227,7 +149,7 @@ def _other(products: tuple[Product, Product], other_release: bool) -> tuple[str,
     return (*keys, "release") if other_release else keys
 
 
-def _attribute_quantities(recorded: Path, again: Path, other_release: bool) -> Iterator[Quantity]:
+def _attribute_quantities(recorded: Path, again: Path, other_release: bool) -> Iterator[Difference]:
     """Compare the attributes of two files, as they are there and not as they are in memory."""
     passing = {*VOLATILE, CONTENT_DIGEST, RECORD_DIGEST, *EFFORT}
     passing |= set(RELEASE) if other_release else set()
@@ -236,14 +158,14 @@ def _attribute_quantities(recorded: Path, again: Path, other_release: bool) -> I
         for key in MEASURED.keys() & first.attrs.keys() & second.attrs.keys():
             passing.add(key)
             apart = abs(float(first.attrs[key]) - float(second.attrs[key]))
-            yield Quantity(f"{key} (attribute)", apart, MEASURED[key], GROWN.reason)
+            yield Difference(f"{key} (attribute)", apart, MEASURED[key], GROWN.reason)
         yield from _attributes("", first.attrs, second.attrs, passing)
         for name in sorted(map(str, first.variables.keys() & second.variables.keys())):
             ours, theirs = first.variables[name], second.variables[name]
             yield from _attributes(f"{name}.", ours.attrs, theirs.attrs, set())
 
 
-def _number_quantities(first: xr.Dataset, second: xr.Dataset) -> Iterator[Quantity]:
+def _number_quantities(first: xr.Dataset, second: xr.Dataset) -> Iterator[Difference]:
     """Compare the variables of two datasets of the same run."""
     for name in sorted(map(str, {*first.variables, *second.variables})):
         if name not in first.variables or name not in second.variables:
@@ -253,7 +175,7 @@ def _number_quantities(first: xr.Dataset, second: xr.Dataset) -> Iterator[Quanti
         if ours.dims != theirs.dims or ours.shape != theirs.shape or _kind(ours) != _kind(theirs):
             yield _different(f"{name} (its dimensions or type)")
         elif ours.dtype.kind != "f":
-            yield Quantity(name, _unequal(ours, theirs), EXACT.tolerance, EXACT.reason)
+            yield Difference(name, _unequal(ours, theirs), EXACT.tolerance, EXACT.reason)
         else:
             yield from _numbers(name, first, second)
 
@@ -267,7 +189,7 @@ def _attributes(
     first: Mapping[Hashable, Any],
     second: Mapping[Hashable, Any],
     passing: set[str],
-) -> Iterator[Quantity]:
+) -> Iterator[Difference]:
     for key in sorted(map(str, {*first, *second})):
         if key in passing:
             continue
@@ -277,8 +199,8 @@ def _attributes(
             yield _different(f"{prefix}{key} (attribute)")
 
 
-def _different(name: str) -> Quantity:
-    return Quantity(name, np.inf, EXACT.tolerance, EXACT.reason)
+def _different(name: str) -> Difference:
+    return Difference(name, np.inf, EXACT.tolerance, EXACT.reason)
 
 
 def _unequal(first: xr.DataArray, second: xr.DataArray) -> float:
@@ -287,18 +209,20 @@ def _unequal(first: xr.DataArray, second: xr.DataArray) -> float:
     return float(apart.mean()) if apart.size else 0.0
 
 
-def _numbers(name: str, first: xr.Dataset, second: xr.Dataset) -> Iterator[Quantity]:
-    """Compare floating-point numbers by the rule of their stage."""
-    usual, own = RULES.get(str(first.attrs["stage"]), (EXACT, {}))
-    rule = own.get(name, usual)
+def _numbers(name: str, first: xr.Dataset, second: xr.Dataset) -> Iterator[Difference]:
+    """Compare floating-point numbers by the allowed of their stage."""
+    usual, own = TOLERANCES.get(str(first.attrs["stage"]), (EXACT, {}))
+    allowed = own.get(name, usual)
     ours, theirs = first[name].values, second[name].values
-    early = _early(name, first, second) if rule.chaotic else None
+    early = _early(name, first, second) if allowed.chaotic else None
     part = name if early is None else f"{name} (up to a strain of {EARLY_STRAIN:g})"
-    scale = _scale(rule, name, first)
+    scale = _scale(allowed, name, first)
     kept = ... if early is None else early
-    yield Quantity(part, _apart(ours[kept], theirs[kept]) / scale, rule.tolerance, rule.reason)
+    yield Difference(
+        part, _apart(ours[kept], theirs[kept]) / scale, allowed.tolerance, allowed.reason
+    )
     if early is not None and not early.all() and first[name].dims[0] in ("time", "profile"):
-        yield _late(name, first, second, rule.tolerance * scale)
+        yield _late(name, first, second, allowed.tolerance * scale)
 
 
 def _apart(first: FloatArray, second: FloatArray) -> float:
@@ -309,11 +233,11 @@ def _apart(first: FloatArray, second: FloatArray) -> float:
     return float(np.abs(first[finite] - second[finite]).max(initial=0.0))
 
 
-def _scale(rule: Rule, name: str, dataset: xr.Dataset) -> float:
+def _scale(allowed: Tolerance, name: str, dataset: xr.Dataset) -> float:
     """Return what a difference is relative to; 1 where that is nothing."""
-    if rule.scale in dataset.attrs:
-        return float(dataset.attrs[rule.scale])
-    values = dataset[name if rule.scale == "own" else rule.scale].values
+    if allowed.scale in dataset.attrs:
+        return float(dataset.attrs[allowed.scale])
+    values = dataset[name if allowed.scale == "own" else allowed.scale].values
     known = values[np.isfinite(values)]
     size = float(np.sqrt(np.mean(known**2))) if known.size else 0.0
     return size or 1.0
@@ -336,7 +260,7 @@ def _early(name: str, first: xr.Dataset, second: xr.Dataset) -> BoolArray | None
     return np.asarray(times < parted[0] if parted.size else np.full(times.shape, True))
 
 
-def _late(name: str, first: xr.Dataset, second: xr.Dataset, least: float) -> Quantity:
+def _late(name: str, first: xr.Dataset, second: xr.Dataset, least: float) -> Difference:
     """Compare the means of the end of two series, in standard errors of their difference.
 
     Each mean is over time or, of profiles, also over the heights of the absolute difference. An
@@ -352,12 +276,12 @@ def _late(name: str, first: xr.Dataset, second: xr.Dataset, least: float) -> Qua
     error = np.sqrt(np.sum(errors, axis=0) + least**2)
     known = np.isfinite(apart)
     if not known.any():
-        return Quantity(name, 0.0, MOST_ERRORS, "unknown in both")
+        return Difference(name, 0.0, MOST_ERRORS, "unknown in both")
     ratio = np.sqrt(
         np.sum(apart[known] ** 2) / np.sum(np.broadcast_to(error, apart.shape)[known] ** 2)
     )
     reason = "standard errors of the means' difference, from the scatter of ten parts of the series"
-    return Quantity(f"{name} (mean of the second half)", float(ratio), MOST_ERRORS, reason)
+    return Difference(f"{name} (mean of the second half)", float(ratio), MOST_ERRORS, reason)
 
 
 def _batches(values: FloatArray, width: FloatArray) -> FloatArray:
@@ -368,7 +292,7 @@ def _batches(values: FloatArray, width: FloatArray) -> FloatArray:
 
 def _figure_quantities(
     recorded: Path, again: Path, labels: tuple[dict[str, Any], dict[str, Any]]
-) -> Iterator[Quantity]:
+) -> Iterator[Difference]:
     """Compare the labels and what can be seen of two figures."""
     passing = (*VOLATILE, CONTENT_DIGEST, RECORD_DIGEST)
     first, second = labels
@@ -381,7 +305,7 @@ def _figure_quantities(
         yield _different("drawing")
 
 
-def _pixels(recorded: Path, again: Path) -> Quantity:
+def _pixels(recorded: Path, again: Path) -> Difference:
     images = []
     for path in (recorded, again):
         with Image.open(path) as image:
@@ -390,7 +314,7 @@ def _pixels(recorded: Path, again: Path) -> Quantity:
     if ours.shape != theirs.shape:
         return _different("size")
     share = float((np.abs(ours - theirs).max(axis=-1) >= CONTRAST).mean())
-    return Quantity("pixels", share, PIXELS, "letters drawn by another release of their renderer")
+    return Difference("pixels", share, PIXELS, "letters drawn by another release of their renderer")
 
 
 def _drawing(path: Path) -> bytes:
