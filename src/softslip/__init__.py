@@ -12,5 +12,5 @@ def __getattr__(name: str) -> object:
     if name == "open_results":
         import importlib
 
-        return importlib.import_module("softslip.provenance.catalogue.results").open_results
+        return importlib.import_module("softslip.provenance.catalogue.opening").open_results
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -87,7 +87,7 @@ def query(
 def _opened(source: str, results: Path | None) -> "Results":
     """Return the results of a folder, or of a scenario, which wins where a name is both."""
     from softslip.operations.status import scenario_status
-    from softslip.provenance.catalogue.results import open_results, scenario_results
+    from softslip.provenance.catalogue.opening import open_results, scenario_results
 
     named = source.endswith(".yaml") or os.path.isfile(FOLDER / f"{source}.yaml")
     if not named and os.path.isdir(source):

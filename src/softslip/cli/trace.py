@@ -18,7 +18,7 @@ from softslip.messages import file_text
 
 if TYPE_CHECKING:
     from softslip.provenance.tracing.contributions import Part
-    from softslip.provenance.tracing.origins import Origin
+    from softslip.provenance.tracing.origins import JointProvenance
     from softslip.provenance.tracing.trace import Group, Node, Trace
 
 app = typer.Typer()
@@ -161,9 +161,9 @@ def _at(coordinates: Any) -> str:
 
 def _summary(found: "Trace") -> Iterator[str]:
     """Yield how many runs there are behind the target, and where all of it was made."""
-    from softslip.provenance.tracing.origins import CHANGED, origin_of
+    from softslip.provenance.tracing.origins import CHANGED, joint_provenance
 
-    origin = origin_of(found.products)
+    origin = joint_provenance(found.products)
     yield f"from {_sources(found)}{_seeds(origin)}"
     yield from _left_out(found)
     yield "; ".join(_facts(origin))
@@ -201,7 +201,7 @@ def _left_out(found: "Trace") -> Iterator[str]:
         yield f"left out: {', '.join(told)}"
 
 
-def _seeds(origin: "Origin") -> str:
+def _seeds(origin: "JointProvenance") -> str:
     """Return the seeds, with unbroken rows as ranges."""
     rows: list[list[int]] = []
     for seed in origin.seeds:
@@ -213,7 +213,7 @@ def _seeds(origin: "Origin") -> str:
     return f", {'seeds' if len(origin.seeds) > 1 else 'seed'} {told}" if told else ""
 
 
-def _facts(origin: "Origin") -> Iterator[str]:
+def _facts(origin: "JointProvenance") -> Iterator[str]:
     """Yield commits, hosts, effort, restarts and dates."""
     from softslip.provenance.tracing.origins import listed
 
@@ -222,7 +222,7 @@ def _facts(origin: "Origin") -> Iterator[str]:
     yield from _work(origin)
 
 
-def _work(origin: "Origin") -> Iterator[str]:
+def _work(origin: "JointProvenance") -> Iterator[str]:
     """Yield effort, restarts and dates."""
     from softslip.provenance.tracing.origins import effort
 
@@ -236,10 +236,10 @@ def _work(origin: "Origin") -> Iterator[str]:
 
 def _own_facts(found: "Trace", nodes: Sequence["Node"]) -> str:
     """Return what is not the same for all: code, effort, and commits and hosts if they differ."""
-    from softslip.provenance.tracing.origins import listed, origin_of
+    from softslip.provenance.tracing.origins import joint_provenance, listed
 
-    whole = origin_of(found.products)
-    own = origin_of(node.product for node in nodes if node.product is not None)
+    whole = joint_provenance(found.products)
+    own = joint_provenance(node.product for node in nodes if node.product is not None)
     told = [listed(own.commits)] if len(whole.commits) > 1 else []
     told += [listed(own.hosts)] if len(whole.hosts) > 1 else []
     return "; ".join([*told, f"code {listed(own.fingerprints)}", *_work(own)])

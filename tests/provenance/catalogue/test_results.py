@@ -22,7 +22,8 @@ from softslip.config.stages import STAGES, stage_ids, stage_parameters
 from softslip.errors import ConfigError, DatasetError
 from softslip.files.storage import RECORD_DIGEST, read_dataset, write_dataset
 from softslip.provenance.attribution import Job
-from softslip.provenance.catalogue.results import BY_BEGINNING, open_results, scenario_results
+from softslip.provenance.catalogue.opening import open_results, scenario_results
+from softslip.provenance.catalogue.runs import BY_BEGINNING
 from softslip.provenance.fingerprints import ENTRIES, modules_of
 
 ROUGHNESSES, STRESSES = (0.0, 0.59), (0.1, 0.3, 0.5)

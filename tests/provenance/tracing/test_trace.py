@@ -26,7 +26,7 @@ from softslip.provenance.archive import FOUND, MISSING, REPLACED, UNREADABLE
 from softslip.provenance.tracing import trace as module
 from softslip.provenance.tracing.contributions import fitted_parts, law_of
 from softslip.provenance.tracing.diagrams import MOST_BOXES, diagram
-from softslip.provenance.tracing.origins import origin_of, swept_values
+from softslip.provenance.tracing.origins import joint_provenance, swept_values
 from softslip.provenance.tracing.targets import (
     SAME_NUMBER,
     Target,
@@ -514,7 +514,7 @@ def test_the_folder_of_results_is_found_from_any_file_in_it(
 def test_origins_are_put_together(made: Results) -> None:
     found = traced(made, "flow_curve", "slip_velocity", roughness=0.59, stress=0.2)
     runs_only = [product for product in found.products if product.stage in STAGES]
-    origin = origin_of(runs_only)
+    origin = joint_provenance(runs_only)
     assert (origin.count, origin.seeds, origin.restarts) == (8, (1, 2), 8)
     assert origin.core_seconds == pytest.approx(8000.0)
     assert origin.fingerprints == (CODE,)

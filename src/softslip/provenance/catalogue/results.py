@@ -13,18 +13,15 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import pandas as pd
 import xarray as xr
 
-from softslip.analysis import observables
 from softslip.config.fields import all_fields
 from softslip.config.parameters import Parameters
-from softslip.config.scenario import Scenario
-from softslip.config.stages import STAGES, stage_parameters
+from softslip.config.stages import STAGES
 from softslip.errors import ConfigError, DatasetError
-from softslip.files.products import TABLES
 from softslip.files.storage import read_dataset
 from softslip.messages import brief, file_text
 from softslip.provenance.catalogue.conditions import MISSING, Condition, parse
@@ -35,64 +32,17 @@ from softslip.provenance.catalogue.runs import (
     LAST,
     PROVENANCE,
     StoredRun,
-    flat_tree,
     label_paths,
-    read_folder,
     shared_leaves,
-    swept_parameters,
-    with_file,
 )
+from softslip.provenance.catalogue.tables import TableName, check_table, gather_table
+from softslip.provenance.trees import nested_tree
 
 KEY_PARAMETERS = ("stress", "imposed_shear_rate", "roughness", "wall_separation", "seed")
 """Labels of parameters that a table shows though they were not swept."""
 
 KEY_PROVENANCE = ("core_seconds", "restarts", "ended", "host", "commit")
 """What a table shows of how runs were made."""
-
-TableName = Literal["flow_curve", "creep", "profiles"]
-
-
-def check_table(table: str) -> None:
-    """Refuse the name of a table that there is none of.
-
-    Raises
-    ------
-    ConfigError
-        When it is none of `files.products.TABLES`.
-    """
-    if table not in TABLES:
-        options = f"use one of {', '.join(TABLES)}"
-        raise ConfigError("table", brief(table), "is not an analysis", options)
-
-
-def gather_table(
-    table: str, runs: Iterable[tuple[Mapping[str, Any], xr.Dataset | None]]
-) -> tuple[xr.Dataset, list[xr.Dataset]]:
-    """Return a table over runs, and the labels of each that it was made from.
-
-    Of each run only what names it is kept, as a dataset without data: there may be thousands.
-
-    Parameters
-    ----------
-    table
-        One of `files.products.TABLES`.
-    runs
-        See `analysis.observables.tables.collect`.
-
-    Raises
-    ------
-    DatasetError
-        When no run is done.
-    """
-    parents: list[xr.Dataset] = []
-
-    def noted() -> Iterator[tuple[Mapping[str, Any], xr.Dataset | None]]:
-        for labels, records in runs:
-            if records is not None:
-                parents.append(xr.Dataset(attrs=records.attrs))
-            yield labels, records
-
-    return getattr(observables, table)(noted()), parents
 
 
 class Results:
@@ -351,78 +301,8 @@ class Results:
                 listed = axes[self.swept[label]]
                 if value not in listed:
                     listed.append(value)
-        told = {"base": _nested(shared), "axes": axes, "query": list(self.asked)}
+        told = {"base": nested_tree(shared), "axes": axes, "query": list(self.asked)}
         return json.dumps(told, allow_nan=False)
-
-
-def open_results(folder: str | Path) -> Results:
-    """Return the runs in a folder, whatever scenario they are of.
-
-    Swept are the parameters that the folder's tables name as axes, and others in which its sheared
-    runs differ.
-
-    Parameters
-    ----------
-    folder
-        Such as ``results/demo``, or any other with results below it. Hidden ones are passed over.
-
-    Raises
-    ------
-    DatasetError
-        When there is no such folder, or no run in it.
-    """
-    place = Path(folder)
-    if not place.is_dir():
-        raise DatasetError(f"{file_text(place)}: is no folder; give one such as results/demo")
-    every, tables, unreadable = read_folder(place)
-    if not every:
-        raise DatasetError(
-            f"{file_text(place)}: holds no run; give a folder such as results/demo"
-            + (f" ({unreadable[0]})" if unreadable else "")
-        )
-    return Results(place, every, swept_parameters(every, tables), unreadable)
-
-
-def scenario_results(
-    scenario: Scenario, folder: Path, states: Mapping[tuple[str, str], str]
-) -> Results:
-    """Return the runs of a scenario, those that are not done too.
-
-    Parameters
-    ----------
-    scenario
-        What the runs are of.
-    folder
-        Where its results are.
-    states
-        The state of each stage and run, as `operations.status.scenario_status` has it.
-    """
-    swept = {axis.label: axis.path for axis in scenario.axes}
-    own = {run.ids[LAST]: run.coordinates for run in scenario.runs()}
-    every: list[StoredRun] = []
-    unreadable: list[str] = []
-    for stage in STAGES:
-        for identity, row in scenario.stage_table(stage).items():
-            path = folder / stage / f"{identity}.nc"
-            labels = own[identity] if stage == LAST else {}
-            flat = flat_tree(json.loads(stage_parameters(row.parameters, stage)))
-            run = StoredRun(stage, identity, path, states[stage, identity], flat, labels)
-            try:
-                every.append(with_file(run) if run.state == DONE else run)
-            except DatasetError as error:
-                unreadable.append(f"{error}; it is left out")
-    return Results(folder, every, swept, unreadable)
-
-
-def _nested(flat: Mapping[str, Any]) -> dict[str, Any]:
-    tree: dict[str, Any] = {}
-    for path, value in flat.items():
-        *groups, key = path.split(".")
-        inside = tree
-        for name in groups:
-            inside = inside.setdefault(name, {})
-        inside[key] = value
-    return tree
 
 
 def _rank(value: Any) -> tuple[int, Any]:

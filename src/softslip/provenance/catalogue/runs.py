@@ -22,6 +22,7 @@ from softslip.files.products import TABLES
 from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST
 from softslip.messages import brief, file_text
 from softslip.provenance.archive import Archive
+from softslip.provenance.trees import flat_tree
 
 LAST = STAGES[-1]
 """Stage whose runs are meant where nothing is said of stages."""
@@ -257,14 +258,3 @@ def swept_parameters(
         str(label) if shared[label] == 1 else path.replace(".", "_"): path
         for path, label in labels.items()
     }
-
-
-def flat_tree(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Return the values of a tree of parameters by their dotted paths."""
-    found: dict[str, Any] = {}
-    for key, value in tree.items():
-        if isinstance(value, dict):
-            found |= flat_tree(value, f"{prefix}{key}.")
-        else:
-            found[f"{prefix}{key}"] = value
-    return found

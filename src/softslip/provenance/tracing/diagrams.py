@@ -9,7 +9,7 @@ from softslip.analysis.figures.drawing import named
 from softslip.analysis.figures.lineage import Box
 from softslip.config.stages import STAGES
 from softslip.provenance.archive import FOUND
-from softslip.provenance.tracing.origins import CHANGED, effort, listed, origin_of
+from softslip.provenance.tracing.origins import CHANGED, effort, joint_provenance, listed
 from softslip.provenance.tracing.targets import measured
 from softslip.provenance.tracing.trace import Node, Trace
 
@@ -66,13 +66,15 @@ def _heading(trace: Trace, behind: int) -> str:
         return "value"
     counts = Counter(node.stage for node in nodes)
     told = [f"{count} × {stage}" if count > 1 else stage for stage, count in counts.items()]
-    spent = origin_of(node.product for node in nodes if node.product is not None).core_seconds
+    spent = joint_provenance(
+        node.product for node in nodes if node.product is not None
+    ).core_seconds
     return f"{', '.join(told)}\n{effort(spent)}"
 
 
 def _notes(trace: Trace) -> list[str]:
     """Return where all of it was made."""
-    origin = origin_of(trace.products)
+    origin = joint_provenance(trace.products)
     dirty = any(commit.endswith(CHANGED) for commit in origin.commits)
     said = [
         _named("commit", origin.commits),
@@ -138,10 +140,10 @@ def _sortable(order: Iterable[Any]) -> tuple[Any, ...]:
 
 def _commits(trace: Trace, nodes: list[Node]) -> str:
     """Return what code made some nodes, nothing where the same made all."""
-    if len(origin_of(trace.products).commits) == 1:
+    if len(joint_provenance(trace.products).commits) == 1:
         return ""
     products = [node.product for node in nodes if node.product is not None]
-    return ", ".join(origin_of(products).commits)
+    return ", ".join(joint_provenance(products).commits)
 
 
 def _ranges(swept: list[Mapping[str, Any]]) -> list[str]:

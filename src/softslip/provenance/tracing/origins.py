@@ -8,6 +8,7 @@ from softslip.config.fields import all_fields, extra
 from softslip.config.parameters import Parameters
 from softslip.provenance.attribution import UNKNOWN
 from softslip.provenance.lineage import Product
+from softslip.provenance.trees import value_in
 
 CHANGED = "*"
 """Mark of a commit whose code had been changed without committing."""
@@ -20,7 +21,7 @@ COMMIT_DIGITS = 7
 
 
 @dataclass(frozen=True)
-class Origin:
+class JointProvenance:
     """What the provenance of some results says, each thing once and in order.
 
     Attributes
@@ -51,14 +52,14 @@ class Origin:
     ended: str
 
 
-def origin_of(products: Iterable[Product]) -> Origin:
+def joint_provenance(products: Iterable[Product]) -> JointProvenance:
     """Put together where some results come from; a result is given once."""
     known = [product.provenance for product in products]
 
     def every(key: str) -> tuple[str, ...]:
         return tuple(sorted({str(each.get(key, UNKNOWN)) for each in known}))
 
-    return Origin(
+    return JointProvenance(
         count=len(known),
         seeds=tuple(sorted({int(each["seed"]) for each in known if "seed" in each})),
         commits=tuple(sorted({_commit(each) for each in known})),
@@ -139,10 +140,8 @@ def _varying(products: Sequence[Product]) -> dict[str, list[str]]:
 
 def _value(tree: Mapping[str, Any], path: str) -> Any:
     """Return the number or word at a path, None where there is none."""
-    found: Any = tree
-    for key in path.split("."):
-        found = found.get(key) if isinstance(found, Mapping) else None
-    return found if isinstance(found, int | float | str) else None
+    value = value_in(tree, path)
+    return value if isinstance(value, int | float | str) else None
 
 
 def _label(path: str) -> str:

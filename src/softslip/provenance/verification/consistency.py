@@ -8,7 +8,6 @@ that its child states follows: both have the same identity, which is a hash of t
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from datetime import datetime, timedelta
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -25,41 +24,20 @@ from softslip.provenance.archive import Archive, usual_place
 from softslip.provenance.attribution import UNKNOWN
 from softslip.provenance.fingerprints import fingerprint
 from softslip.provenance.lineage import Parent, Product
+from softslip.provenance.trees import flat_tree, value_in
 from softslip.provenance.verification.examination import RIGHT, Examination
+from softslip.provenance.verification.job_record import CLOCK_SLACK, is_after, job_faults
 
 CODE = {**{stage: stage for stage in STAGES}, **dict.fromkeys(TABLES, "gather"), FITS: "fit"} | {
     FIGURE: "draw"
 }
 """Whose fingerprint is that of the code that made a product."""
 
-NOTED = (
-    "fingerprint",
-    "commit",
-    "dirty",
-    "lock_sha256",
-    "environment",
-    "host",
-    "processor",
-    "cores",
-    "system",
-    "threads",
-    "restarts",
-    "core_seconds",
-    "started",
-    "ended",
-    "parent_records",
-)
-"""What a product must say of how it was made."""
-
 
 class Remark(str):
     """Something worth knowing, among sentences on what is wrong."""
 
     __slots__ = ()
-
-
-CLOCK_SLACK = timedelta(seconds=60)
-"""By how much times may be out of order: clocks are set, and those of two hosts differ."""
 
 
 def expected(scenario: Scenario) -> tuple[str, ...]:
@@ -128,7 +106,7 @@ class Consistency:
 
     def _findings(self, product: Product) -> Iterator[str]:
         yield from self._place(product)
-        yield from _origin(product)
+        yield from job_faults(product)
         if product.stage in STAGES:
             yield from self._identity(product)
         elif product.stage in TABLES:
@@ -158,7 +136,7 @@ class Consistency:
     def _identity(self, product: Product) -> Iterator[str]:
         """Compare a run's name, parent and marks with the parameters that it states."""
         stage = product.stage
-        apart = _leaves(product.parameters) ^ set(stage_paths(stage))
+        apart = flat_tree(product.parameters).keys() ^ set(stage_paths(stage))
         if apart:
             sentence = f"its parameters are not those that its stage depends on: {min(apart)}"
             if self.is_foreign(product) and self.is_of_other_code(product):
@@ -214,7 +192,7 @@ class Consistency:
         if found is None or found.product is None:
             return
         for path, value in zip(paths, values, strict=True):
-            own = _value_at(found.product.parameters, path)
+            own = value_in(found.product.parameters, path)
             # What only picks other parameters, such as fidelity, is none of the run's own.
             if own is not None and own != value and str(own) != str(value):
                 yield f"has run {run} at {path} = {brief(value)}, but that run has {brief(own)}"
@@ -253,7 +231,7 @@ class Consistency:
             yield f"does not note the record of its parent {name}"
         elif found.product.record != parent.record:
             yield from self._relabelled(product, found.product)
-        elif _is_after(found.product, "ended", product, "ended", CLOCK_SLACK):
+        elif is_after(found.product, "ended", product, "ended", CLOCK_SLACK):
             yield f"ended before its parent {name} did"
 
     def _relabelled(self, product: Product, parent: Product) -> Iterator[str]:
@@ -263,69 +241,12 @@ class Consistency:
         again since; any other is the very one that was read, and says something else now.
         """
         name = file_text(parent.path)
-        if _is_after(parent, "ended", product, "ended"):
+        if is_after(parent, "ended", product, "ended"):
             yield Remark(
                 f"its parent {name} has been made again since by a rerun, with the same content"
             )
         else:
             yield f"its parent {name} has been changed since: its provenance is not what it was"
-
-
-def _origin(product: Product) -> Iterator[str]:
-    """Check that a product says how it was made, and the order of its times."""
-    told = product.provenance
-    missing = [key for key in NOTED if told.get(key) is None and not _may_be_none(key, told)]
-    if missing:
-        yield f"does not note its {', '.join(missing)}"
-        return
-    if len(told["parent_records"]) != len(product.parents):
-        yield "does not note the record of each of its parents"
-    for key in ("core_seconds", "threads"):
-        if not isinstance(told[key], int | float) or told[key] < 0:
-            yield f"its {key} is {brief(told[key])}, which is no number from 0 on"
-    for key in ("started", "ended"):
-        if _moment(product, key) is None:
-            yield f"its time {key} is {brief(told[key])}, which is none"
-    if _is_after(product, "started", product, "ended", CLOCK_SLACK):
-        yield f"ended at {told['ended']}, before it started at {told['started']}"
-
-
-def _may_be_none(key: str, told: Mapping[str, Any]) -> bool:
-    """Return whether nothing is all that can be known: outside a checkout nothing can be dirty."""
-    return key == "dirty" and key in told and told.get("commit") == UNKNOWN
-
-
-def _moment(product: Product, key: str) -> datetime | None:
-    """Return a time of a product's provenance, None where it is no time."""
-    try:
-        moment = datetime.fromisoformat(str(product.provenance.get(key)))
-    except ValueError:
-        return None
-    return moment if moment.tzinfo is not None else None
-
-
-def _is_after(
-    product: Product, key: str, other: Product, other_key: str, slack: timedelta = timedelta()
-) -> bool:
-    """Return whether a time is known to be later than another."""
-    time, before = _moment(product, key), _moment(other, other_key)
-    return time is not None and before is not None and time > before + slack
-
-
-def _leaves(tree: Mapping[str, Any], prefix: str = "") -> set[str]:
-    """Return the dotted paths of all values of nested mappings."""
-    found: set[str] = set()
-    for key, value in tree.items():
-        inside = isinstance(value, Mapping)
-        found |= _leaves(value, f"{prefix}{key}.") if inside else {f"{prefix}{key}"}
-    return found
-
-
-def _value_at(tree: Mapping[str, Any], path: str) -> Any:
-    value: Any = tree
-    for key in path.split("."):
-        value = value.get(key) if isinstance(value, Mapping) else None
-    return value
 
 
 def _constructed(tree: Mapping[str, Any]) -> Parameters:

@@ -1,0 +1,56 @@
+"""Tables over runs, with the labels of the runs that they were made from."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, Literal
+
+import xarray as xr
+
+from softslip.analysis import observables
+from softslip.errors import ConfigError
+from softslip.files.products import TABLES
+from softslip.messages import brief
+
+TableName = Literal["flow_curve", "creep", "profiles"]
+
+
+def check_table(table: str) -> None:
+    """Refuse the name of a table that there is none of.
+
+    Raises
+    ------
+    ConfigError
+        When it is none of `files.products.TABLES`.
+    """
+    if table not in TABLES:
+        options = f"use one of {', '.join(TABLES)}"
+        raise ConfigError("table", brief(table), "is not an analysis", options)
+
+
+def gather_table(
+    table: str, runs: Iterable[tuple[Mapping[str, Any], xr.Dataset | None]]
+) -> tuple[xr.Dataset, list[xr.Dataset]]:
+    """Return a table over runs, and the labels of each that it was made from.
+
+    Of each run only what names it is kept, as a dataset without data: there may be thousands.
+
+    Parameters
+    ----------
+    table
+        One of `files.products.TABLES`.
+    runs
+        See `analysis.observables.tables.collect`.
+
+    Raises
+    ------
+    DatasetError
+        When no run is done.
+    """
+    parents: list[xr.Dataset] = []
+
+    def noted() -> Iterator[tuple[Mapping[str, Any], xr.Dataset | None]]:
+        for labels, records in runs:
+            if records is not None:
+                parents.append(xr.Dataset(attrs=records.attrs))
+            yield labels, records
+
+    return getattr(observables, table)(noted()), parents
