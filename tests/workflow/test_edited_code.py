@@ -13,8 +13,10 @@ pytestmark = pytest.mark.workflow
 
 PACKAGE = Path(softslip.__file__).parent
 
-EDIT = "\n_EDITED = 1\n"
-REMARK = "\n# A remark.\n"
+EDIT = "\n    _EDITED = 1\n"
+"""What every function and class of a module holds besides."""
+
+REMARK = "\n    # A remark.\n"
 
 AFTER_SHEAR = {"shear": 1, "gather": 3, "fit": 1, "figure": 3, "snapshot": 1}
 AFTER_EXPANSION = {"expansion": 1, "ageing": 1, **AFTER_SHEAR}
@@ -39,6 +41,10 @@ EDITS = [
         {"fit": 1, "figure": 3, "snapshot": 1},
         marks=pytest.mark.slow,
     ),
+    # The wording of what a scenario is refused with, and what its parameters mean.
+    ("config/checks.py", EDIT, {}),
+    pytest.param("config/sections/material.py", EDIT, {}, marks=pytest.mark.slow),
+    pytest.param("files/storage.py", EDIT, {}, marks=pytest.mark.slow),
     pytest.param("cli/stages.py", EDIT, {}, marks=pytest.mark.slow),
     pytest.param("studies/validation/couette.py", EDIT, {}, marks=pytest.mark.slow),
 ]
@@ -57,7 +63,9 @@ def test_an_edit_makes_again_what_it_can_have_changed(
 ) -> None:
     path = package / module
     before = path.read_text()
-    path.write_text(before + edit)
+    # What a function or class holds begins after the line that ends with a colon.
+    edited = re.sub(r"^((?:def|class) .*?:)\n", rf"\1{edit}", before, flags=re.M | re.S)
+    path.write_text(edited)
     try:
         settings = {"PYTHONPATH": str(package.parent)}
         said = snakemake(whole, "all", "--dry-run", "--quiet", "rules", settings=settings)

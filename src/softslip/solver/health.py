@@ -3,6 +3,7 @@
 import math
 from collections import deque
 from collections.abc import Iterable
+from typing import NoReturn
 
 import numpy as np
 
@@ -41,7 +42,7 @@ LARGEST_SLIP = 0.5
 """Largest difference of the printed control's wall speed from the fluid's, relative."""
 
 
-def _refuse(field: str, bad: BoolArray, step: int, what: str, remedy: str) -> None:
+def _refuse(field: str, bad: BoolArray, step: int, what: str, remedy: str) -> NoReturn:
     index = int(np.flatnonzero(bad)[0])
     raise NumericalError(field, index, step, f"{what}; {remedy}")
 
@@ -246,27 +247,34 @@ def named(error: NumericalError, state: State) -> NumericalError:
 def _check_film(
     film: float, contact_range: float, node_spacing: float, regularisation: float, step: int
 ) -> None:
-    limits = {
-        f"{SMALLEST_FILM:g} steric.length, membranes are about to cross": (
-            SMALLEST_FILM * contact_range,
+    # Written so that NaN counts as too thin.
+    if not film >= SMALLEST_FILM * contact_range:
+        raise _too_thin(
+            film,
+            step,
+            f"{SMALLEST_FILM:g} steric.length, membranes are about to cross",
             "a smaller hydrodynamics.node_spacing, a larger steric.energy, or a smaller "
             "time_stepping.step ('euler')",
-        ),
-        f"{LEAST_SPACINGS:g} of the distance between nodes, between which it collapses": (
-            LEAST_SPACINGS * node_spacing,
+        )
+    if not film >= LEAST_SPACINGS * node_spacing:
+        raise _too_thin(
+            film,
+            step,
+            f"{LEAST_SPACINGS:g} of the distance between nodes, between which it collapses",
             "a hydrodynamics.node_spacing smaller by a fifth or more",
-        ),
-        f"{THINNEST_FILM:.3g} regularisation lengths, over which its flow is smeared": (
-            THINNEST_FILM * regularisation,
+        )
+    if not film >= THINNEST_FILM * regularisation:
+        raise _too_thin(
+            film,
+            step,
+            f"{THINNEST_FILM:.3g} regularisation lengths, over which its flow is smeared",
             "a smaller hydrodynamics.regularisation ('ewald'), a finer hydrodynamics.resolution "
             "('grid'), or a larger steric.energy or steric.length",
-        ),
-    }
-    for what, (limit, remedy) in limits.items():
-        if not film >= limit:  # Written so that NaN counts as too thin.
-            raise NumericalError(
-                "film_thickness", 0, step, f"{film:.3g} is below {what}; use {remedy}"
-            )
+        )
+
+
+def _too_thin(film: float, step: int, limit: str, remedy: str) -> NumericalError:
+    return NumericalError("film_thickness", 0, step, f"{film:.3g} is below {limit}; use {remedy}")
 
 
 def check_forces(forces: FloatArray, step: int) -> None:

@@ -1,0 +1,312 @@
+"""The definitions of the package's modules, and which others each of them refers to.
+
+A definition is what binds a name at the top level of a module: a function, a class, a constant.
+What it refers to is resolved through imports to the definitions of the rooms that compute;
+where these stand does not matter. What cannot be resolved, such as an attribute that a module does
+not visibly have, refers to the whole module.
+"""
+
+import ast
+import hashlib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache, cached_property
+from pathlib import Path
+
+from softslip.provenance.normal_form import Writer, is_builtin_error, makes_error
+from softslip.provenance.scopes import (
+    Module,
+    is_plain_error,
+    is_text,
+    names_in,
+    parent_of,
+    read_module,
+    source_of,
+)
+
+ROOMS = ("solver", "simulation", "analysis", "studies")
+"""Rooms of the package that compute; what is imported from others counts by its name only."""
+
+WHOLE, EFFECTS = "*", "!"
+"""In the place of a definition's name: all of a module, and its statements that bind no name."""
+
+BLIND = frozenset(
+    {"__import__", "__init_subclass__", "__subclasses__", "eval", "exec", "globals"}
+    | {"import_module"}
+)
+"""Names through which code reaches definitions that cannot be seen in it."""
+
+Key = tuple[str, str]
+"""A module, and the name of a definition in it or `WHOLE` or `EFFECTS`."""
+
+
+@dataclass(frozen=True)
+class Definition:
+    """A definition without what it refers to.
+
+    Attributes
+    ----------
+    digest
+        Of its normal form, in which references are numbered in their order.
+    references
+        What the numbers stand for.
+    """
+
+    digest: str
+    references: tuple[Key, ...]
+
+
+@dataclass(frozen=True)
+class ModuleName:
+    """A module of the package as what a name is bound to."""
+
+    name: str
+
+
+@dataclass(frozen=True)
+class Outside:
+    """Something that is not of the rooms that compute: its dotted name in its library."""
+
+    name: str
+
+
+Target = Key | ModuleName | Outside
+
+
+class Package:
+    """The modules of a package as they are on disk, each read when it is first asked for.
+
+    Parameters
+    ----------
+    folder
+        Where the package is.
+    name
+        Its name.
+    """
+
+    def __init__(self, folder: Path, name: str = "softslip") -> None:
+        self.folder = folder
+        self.name = name
+        self.module = cache(self._module)
+        self.definition = cache(self._definition)
+        self.path_of = cache(self._path_of)
+
+    def _path_of(self, module: str) -> Path | None:
+        """Return the file of a module, if there is such a module."""
+        first, *parts = module.split(".")
+        path = self.folder.joinpath(*parts)
+        files = (path / "__init__.py", path.with_suffix(".py"))
+        return next((f for f in files if f.is_file()), None) if first == self.name else None
+
+    def computes(self, module: str) -> bool:
+        """Return whether a module is one of the rooms that compute."""
+        return module.split(".")[1:2] != [] and module.split(".")[1] in ROOMS
+
+    @cached_property
+    def modules(self) -> tuple[str, ...]:
+        """Names of all modules that compute."""
+        found = (file.relative_to(self.folder) for file in self.folder.rglob("*.py"))
+        names = {".".join([self.name, *path.with_suffix("").parts]) for path in found}
+        return tuple(sorted(n.removesuffix(".__init__") for n in names if self.computes(n)))
+
+    @cached_property
+    def errors(self) -> frozenset[str]:
+        """Names of the package's own errors, as `Outside` has them."""
+        names = self.module(f"{self.name}.errors").definitions
+        return frozenset(f"{self.name}.{name}" for name in names)
+
+    def _module(self, name: str) -> Module:
+        path = self.path_of(name)
+        if path is None:
+            raise ValueError(f"{name} is no module of {self.name}")
+        return read_module(path.read_bytes(), parent_of(name, path))
+
+    def _definition(self, key: Key) -> Definition:
+        module, name = key
+        if name == WHOLE:
+            return self._whole(module)
+        read = self.module(module)
+        statements = read.effects if name == EFFECTS else read.definitions[name]
+        return self.define(key, statements)
+
+    def define(self, key: Key, statements: Iterable[ast.stmt]) -> Definition:
+        """Return what statements in a module define, as if they were those of a definition."""
+        module, name = key
+        bindings = _Bindings(self, module, statements)
+        writer = Writer(bindings)
+        text = f"{name} {[writer.text(statement) for statement in bindings.statements]}"
+        bindings.refer_to_hidden()
+        return Definition(_digest(text), tuple(bindings.references))
+
+    def _whole(self, module: str) -> Definition:
+        read = self.module(module)
+        found = {name: (module, name) for name in read.definitions if name != "__all__"}
+        for name in read.imports:
+            target = self.lookup(module, name)
+            if isinstance(target, tuple):
+                found[name] = target
+        stars = [(star, WHOLE) for star in read.stars if self.computes(star)]
+        names = sorted(found)
+        references = [found[name] for name in names] + stars
+        return Definition(_digest(f"{names}"), tuple(references))
+
+    def lookup(self, module: str, name: str) -> Target | None:
+        """Return what a name at the top level of a module is bound to, if it is bound there."""
+        read = self.module(module)
+        if name in read.definitions:
+            return module, name
+        if name not in read.imports:
+            return None
+        source, attribute = read.imports[name]
+        return self.imported(source, attribute)
+
+    def imported(self, source: str, attribute: str | None) -> Target:
+        """Return what a module is, or an attribute that is imported from it."""
+        if source.partition(".")[0] != self.name:
+            return Outside(source if attribute is None else f"{source}.{attribute}")
+        return ModuleName(source) if attribute is None else self.attribute(source, attribute)
+
+    def attribute(self, module: str, name: str) -> Target:
+        """Return what an attribute of a module of the package is, all of it if that is unclear."""
+        inside = self.computes(module) and self.path_of(module) is not None
+        target = self.lookup(module, name) if inside else None
+        if target is not None:
+            return target
+        if self.path_of(f"{module}.{name}") is not None:
+            return ModuleName(f"{module}.{name}")
+        return (module, WHOLE) if inside else Outside(f"{self.name}.{name}")
+
+    def arguments_of(self, key: Key) -> set[Key]:
+        """Return the classes of the arguments of a function, or of all functions of a module."""
+        module, name = key
+        if name == WHOLE:
+            functions = self.definition(key).references
+            return {each for function in functions for each in self.arguments_of(function)}
+        found = set()
+        for statement in self.module(module).definitions[name]:
+            if isinstance(statement, ast.FunctionDef):
+                # What is imported for types only is not bound: it is no part of what is computed.
+                names = names_in([statement]).annotations
+                found |= {self.lookup(module, each) for each in names}
+        keys = {target for target in found if isinstance(target, tuple)}
+        return {key for key in keys if self._is_class(key)}
+
+    def _is_class(self, key: Key) -> bool:
+        module, name = key
+        statements = self.module(module).definitions.get(name, [])
+        return any(isinstance(statement, ast.ClassDef) for statement in statements)
+
+    def loaded(self, modules: Iterable[str]) -> set[str]:
+        """Return the modules that compute among those executed when some are imported."""
+        found: set[str] = set()
+        waiting = set(modules)
+        while waiting:
+            module = waiting.pop()
+            if self.computes(module) and self.path_of(module) is not None:
+                found.add(module)
+                # Importing a module executes the packages that it is in.
+                waiting |= {*self.module(module).imported, module.rpartition(".")[0]} - found
+        return found
+
+
+class _Bindings:
+    """What the names in the statements of one definition are bound to; see `normal_form.Names`."""
+
+    def __init__(self, package: Package, module: str, statements: Iterable[ast.stmt]) -> None:
+        self.statements = list(statements)
+        self.references: dict[Key, int] = {}
+        self._package = package
+        self._module = module
+        self._used = names_in(self.statements)
+
+    def reference(self, node: ast.expr) -> str | None:
+        """Return the text for a name or attribute bound outside the code, if it is."""
+        target = self._target(node)
+        if target is None:
+            return None
+        text = self._text(target)
+        if isinstance(node, ast.Attribute) and isinstance(target, tuple) and target[1] == WHOLE:
+            return f"Attribute({text},{node.attr})"
+        return text
+
+    def is_wording(self, node: ast.expr) -> bool:
+        """Return whether a name is bound to a constant text of a module."""
+        statements = self._defined(node)
+        return bool(statements) and all(map(is_text, statements))
+
+    def makes_error(self, node: ast.expr) -> bool:
+        """Return whether a name is bound to a function that returns or raises an error."""
+        statements = self._defined(node)
+        if not statements and isinstance(node, ast.Attribute):
+            statements = self._methods(node.attr)
+        return bool(statements) and all(map(makes_error, statements))
+
+    def is_known_error(self, node: ast.expr) -> bool:
+        """Return whether a name is bound to an error whose arguments are read by people only."""
+        target = self._target(node)
+        if isinstance(target, Outside):
+            return target.name in self._package.errors
+        if target is None:
+            return isinstance(node, ast.Name) and is_builtin_error(node.id)
+        statements = self._defined(node)
+        return bool(statements) and all(map(is_plain_error, statements))
+
+    def imported(self, node: ast.Import | ast.ImportFrom) -> str:
+        """Return the text for an import within a function."""
+        names = []
+        for alias in node.names:
+            source = alias.name if isinstance(node, ast.Import) else self._source(node)
+            attribute = alias.name if isinstance(node, ast.ImportFrom) else None
+            target = self._package.imported(source, attribute)
+            names.append(f"{alias.asname or alias.name}={self._text(target)}")
+        return f"Import({','.join(names)})"
+
+    def refer_to_hidden(self) -> None:
+        """Count what may be meant besides what the text refers to."""
+        for name in sorted(self._used.names & self._used.bound):
+            target = self._package.lookup(self._module, name)
+            if target is not None:
+                self._text(target)
+        unseen = self._package.modules if self._used.mentioned & BLIND else ()
+        for module in [*unseen, *self._package.module(self._module).stars]:
+            self._text(ModuleName(module))
+
+    def _text(self, target: Target) -> str:
+        if isinstance(target, ModuleName):
+            if not self._package.computes(target.name):
+                return f"Outside({target.name.rpartition('.')[2]})"
+            target = (target.name, WHOLE)
+        if isinstance(target, Outside):
+            return f"Outside({target.name})"
+        return f"Reference({self.references.setdefault(target, len(self.references))})"
+
+    def _target(self, node: ast.expr) -> Target | None:
+        if isinstance(node, ast.Name):
+            if node.id in self._used.bound:
+                return None
+            return self._package.lookup(self._module, node.id)
+        if isinstance(node, ast.Attribute):
+            base = self._target(node.value)
+            if isinstance(base, ModuleName):
+                return self._package.attribute(base.name, node.attr)
+        return None
+
+    def _defined(self, node: ast.expr) -> list[ast.stmt]:
+        target = self._target(node)
+        if not isinstance(target, tuple) or target[1] == WHOLE:
+            return []
+        return self._package.module(target[0]).definitions[target[1]]
+
+    def _methods(self, name: str) -> list[ast.stmt]:
+        definitions = self._package.module(self._module).definitions.values()
+        classes = [s for each in definitions for s in each if isinstance(s, ast.ClassDef)]
+        return [s for one in classes for s in one.body if getattr(s, "name", None) == name]
+
+    def _source(self, node: ast.ImportFrom) -> str:
+        path = self._package.path_of(self._module)
+        assert path is not None
+        return source_of(node, parent_of(self._module, path))
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
