@@ -77,7 +77,7 @@ def test_new_runs_of_a_sweep_have_a_row_each_with_swept_values(
     rows = cells(said(work), "shear")[1:]
     assert [row[:6] for row in rows] == [
         ["shear", mixed[0], "1", "0.1", "begin", "missing"],
-        ["shear", mixed[1], "1", "0.5", "continue", "missing"],
+        ["shear", mixed[1], "1", "0.5", "resume", "missing"],
     ]
     assert rows[1][6:8] == ["30.0%", "2.3 min"]
 
@@ -160,7 +160,7 @@ def test_json_says_the_same(mixed: list[str], scenario: Scenario, work: Work) ->
     made = make_plan(scenario, work.results)
     assert found["scenario"] == "four"
     assert found["results"] == str(work.results)
-    counts = {"begin": 1, "continue": 1, "running": 0, "reuse": 2, "skip": 0}
+    counts = {"begin": 1, "resume": 1, "running": 0, "reuse": 2, "skip": 0}
     assert found["stages"]["shear"]["counts"] == counts
     assert found["stages"]["shear"]["reasons"] == {"missing": 2}
     assert found["core_seconds"] == pytest.approx(made.core_seconds)
@@ -210,7 +210,7 @@ def test_calibrating_writes_the_table_that_was_asked_for(
 ) -> None:
     asked = []
     monkeypatch.setattr(
-        "softslip.operations.calibration.calibrate", lambda path, tell: asked.append(path)
+        "softslip.operations.calibration.calibrate", lambda path, say: asked.append(path)
     )
     result = CliRunner().invoke(app, ["calibrate", str(tmp_path / "table.json")])
     assert result.exit_code == 0

@@ -1,6 +1,5 @@
 """What is measured is a table that estimates can be made from."""
 
-import json
 import subprocess
 from pathlib import Path
 
@@ -10,8 +9,8 @@ from softslip.config.parameters import Parameters
 from softslip.config.stages import STAGES
 from softslip.errors import SoftslipError
 from softslip.operations import calibration as module
-from softslip.operations.calibration import SETTINGS, calibrate
-from softslip.operations.costs import TABLE, read_table
+from softslip.operations.calibration import calibrate
+from softslip.operations.costs import read_table
 
 TINY = {
     "fidelity": "preview",
@@ -24,35 +23,21 @@ TINY = {
 """Eight particles: a fraction of a second a stage, besides its start."""
 
 
-def test_the_settings_are_those_of_the_table_that_is_shipped() -> None:
-    words = json.loads(Path(module.__file__).with_name(TABLE).read_text())
-    assert [run["settings"] for run in words["runs"]] == [dict(run) for run in SETTINGS]
-
-
-def test_every_setting_can_be_run() -> None:
-    for settings in SETTINGS:
-        Parameters.from_mapping(dict(settings))
-
-
 @pytest.mark.slow
-def test_a_run_is_measured_through_all_stages(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(module, "SETTINGS", (TINY,))
-    monkeypatch.setattr(module, "_WARM_UP", TINY)
-    told: list[str] = []
-    calibrate(tmp_path / "table.json", told.append)
+def test_a_run_is_measured_through_all_stages(tmp_path: Path) -> None:
+    said: list[str] = []
+    calibrate(tmp_path / "table.json", said.append, [TINY])
     runs = read_table(tmp_path / "table.json")
     assert [run.stage for run in runs] == list(STAGES)
     assert all(run.parameters == Parameters.from_mapping(TINY) for run in runs)
     assert all(0.1 < run.core_seconds < 600 and run.size > 1000 for run in runs)
     assert [run.steps > 0 for run in runs] == [False, False, True, True]
     assert runs[-1].evaluations > runs[-1].steps
-    assert told[0] == "compiling"
-    assert told[1].startswith("running 1 of 1: ")
+    assert said[0] == "compiling"
+    assert said[1].startswith("running 1 of 1: ")
 
 
-def test_a_run_that_fails_is_told_and_nothing_is_written(
+def test_a_run_that_fails_is_said_and_nothing_is_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(command: list[str], **_: object) -> subprocess.CompletedProcess[str]:

@@ -20,7 +20,7 @@ from softslip.operations import plan as module
 from softslip.operations.costs import shipped
 from softslip.operations.failures import failure_recorded
 from softslip.operations.lock import run_lock
-from softslip.operations.plan import Plan, StagePlan, Task, make_plan
+from softslip.operations.plan import Plan, PlannedRun, StagePlan, make_plan
 
 OLD = "0" * 16
 
@@ -60,20 +60,20 @@ def path_of(scenario: Scenario, work: Work, stage: str, number: int = 0) -> Path
 
 def told(scenario: Scenario, work: Work, stage: str) -> list[tuple[str, str]]:
     """Return the action and reason of each run of a stage."""
-    tasks = make_plan(scenario, work.results).tasks
+    tasks = make_plan(scenario, work.results).runs
     return [(task.action, task.reason) for task in tasks if task.stage == stage]
 
 
 BEGIN, REUSE, SKIP = ("begin", "missing"), ("reuse", ""), ("skip", "")
-ANEW = ("begin", "parent made anew")
+RERUN = ("begin", "parent rerun")
 
 
 def test_everything_is_begun_where_there_is_nothing(scenario: Scenario, work: Work) -> None:
     made = make_plan(scenario, work.results)
-    assert [(task.stage, task.run) for task in made.tasks] == [
+    assert [(task.stage, task.run) for task in made.runs] == [
         (stage, run) for stage in STAGES for run in scenario.stage_table(stage)
     ]
-    assert {(task.action, task.reason, task.new) for task in made.tasks} == {(*BEGIN, True)}
+    assert {(task.action, task.reason, task.new) for task in made.runs} == {(*BEGIN, True)}
     assert made.stages["shear"].counts["begin"] == 4
     assert made.stages["shear"].reasons == {"missing": 4}
     assert not work.results.exists(), "looking must make nothing"
@@ -83,23 +83,23 @@ def test_estimates_are_those_of_the_table_where_nothing_is_finished(
     scenario: Scenario, work: Work
 ) -> None:
     made = make_plan(scenario, work.results)
-    for task in made.tasks:
+    for task in made.runs:
         row = scenario.stage_table(task.stage)[task.run]
         expected = shipped().estimate(task.stage, row.parameters)
         assert (task.core_seconds, task.size) == (expected.core_seconds, expected.size)
     for name, stage in made.stages.items():
-        own = [task for task in made.tasks if task.stage == name]
+        own = [task for task in made.runs if task.stage == name]
         assert stage.core_seconds == pytest.approx(sum(task.core_seconds for task in own))
         assert (stage.factor, stage.finished) == (shipped().factors[name], 0)
-    assert made.core_seconds == pytest.approx(sum(task.core_seconds for task in made.tasks))
-    assert made.size == pytest.approx(sum(task.size for task in made.tasks))
+    assert made.core_seconds == pytest.approx(sum(task.core_seconds for task in made.runs))
+    assert made.size == pytest.approx(sum(task.size for task in made.runs))
     assert min(shipped().factors.values()) < made.factor < max(shipped().factors.values())
 
 
 def test_nothing_is_left_where_all_is_there(scenario: Scenario, work: Work) -> None:
     leave_all(scenario, work)
     made = make_plan(scenario, work.results)
-    assert {(task.action, task.reason, task.new) for task in made.tasks} == {(*REUSE, False)}
+    assert {(task.action, task.reason, task.new) for task in made.runs} == {(*REUSE, False)}
     assert (made.core_seconds, made.size, made.factor) == (0, 0, 1)
     assert made.chain == ()
     assert made.wall_seconds(2) == 0
@@ -114,7 +114,7 @@ def test_only_what_a_missing_run_needs_is_made(scenario: Scenario, work: Work) -
     path_of(scenario, work, "shear", 1).unlink()
     assert told(scenario, work, "expansion") == [REUSE, REUSE]
     assert told(scenario, work, "ageing") == [BEGIN, REUSE]
-    assert told(scenario, work, "shear") == [ANEW, BEGIN, REUSE, REUSE]
+    assert told(scenario, work, "shear") == [RERUN, BEGIN, REUSE, REUSE]
 
 
 def test_a_need_goes_back_to_the_packing(scenario: Scenario, work: Work) -> None:
@@ -123,7 +123,7 @@ def test_a_need_goes_back_to_the_packing(scenario: Scenario, work: Work) -> None
         path_of(scenario, work, stage).unlink()
     for stage in STAGES[:-1]:
         assert told(scenario, work, stage) == [BEGIN, REUSE]
-    assert told(scenario, work, "shear") == [BEGIN, ANEW, REUSE, REUSE]
+    assert told(scenario, work, "shear") == [BEGIN, RERUN, REUSE, REUSE]
 
 
 def test_other_code_makes_all_that_follows_run_again(scenario: Scenario, work: Work) -> None:
@@ -131,11 +131,11 @@ def test_other_code_makes_all_that_follows_run_again(scenario: Scenario, work: W
     renew(path_of(scenario, work, "expansion", 1), code=OLD)
     assert told(scenario, work, "packing") == [REUSE, REUSE]
     assert told(scenario, work, "expansion") == [REUSE, ("begin", "code changed")]
-    assert told(scenario, work, "ageing") == [REUSE, ANEW]
-    assert told(scenario, work, "shear") == [REUSE, REUSE, ANEW, ANEW]
+    assert told(scenario, work, "ageing") == [REUSE, RERUN]
+    assert told(scenario, work, "shear") == [REUSE, REUSE, RERUN, RERUN]
     made = make_plan(scenario, work.results)
     assert made.stages["expansion"].reasons == {"code changed": 1}
-    assert not any(task.new for task in made.tasks)
+    assert not any(task.new for task in made.runs)
 
 
 def test_a_dataset_that_does_not_say_its_code_is_by_other_code(
@@ -203,8 +203,8 @@ def test_a_sound_checkpoint_is_gone_on_from(scenario: Scenario, work: Work, fail
         with suppress(NumericalError), failure_recorded(work.folder("shear"), run):
             raise NumericalError("tether", 0, 201, "is not finite")
     made = make_plan(scenario, work.results)
-    (task,) = [task for task in made.tasks if task.is_open]
-    assert (task.stage, task.run, task.action, task.reason) == ("shear", run, "continue", "missing")
+    (task,) = [task for task in made.runs if task.is_open]
+    assert (task.stage, task.run, task.action, task.reason) == ("shear", run, "resume", "missing")
     assert (task.fraction, task.core_seconds) == (0.3, 140.0)
     assert made.chain == (task,)
 
@@ -216,7 +216,7 @@ def test_a_checkpoint_that_tells_no_rate_leaves_its_part_of_the_estimate(
     for number in range(4):
         path_of(scenario, work, "shear", number).unlink()
     work.stop("shear", of(scenario, "shear"), [(0.0, 4.0, 100)])
-    tasks = [task for task in make_plan(scenario, work.results).tasks if task.stage == "shear"]
+    tasks = [task for task in make_plan(scenario, work.results).runs if task.stage == "shear"]
     assert tasks[0].fraction == 0.4
     row = scenario.stage_table("shear")[tasks[0].run]
     whole = shipped().estimate("shear", row.parameters).core_seconds
@@ -230,14 +230,14 @@ def test_a_checkpoint_is_passed_over_where_the_parent_is_made_anew(
     renew(path_of(scenario, work, "ageing"), code=OLD)
     path_of(scenario, work, "shear").unlink()
     work.stop("shear", of(scenario, "shear"))
-    assert told(scenario, work, "shear")[:2] == [BEGIN, ANEW]
+    assert told(scenario, work, "shear")[:2] == [BEGIN, RERUN]
 
 
 def test_what_somebody_works_on_is_running(scenario: Scenario, work: Work) -> None:
     leave_all(scenario, work)
     path_of(scenario, work, "shear").unlink()
     with run_lock(work.folder("shear"), of(scenario, "shear")):
-        (task,) = [task for task in make_plan(scenario, work.results).tasks if task.is_open]
+        (task,) = [task for task in make_plan(scenario, work.results).runs if task.is_open]
     assert (task.action, task.run) == ("running", of(scenario, "shear"))
     assert task.core_seconds > 0
 
@@ -249,7 +249,7 @@ def test_finished_runs_correct_the_estimates(scenario: Scenario, work: Work) -> 
     table = scenario.stage_table("shear")
     found = [shipped().estimate("shear", row.parameters).core_seconds for row in table.values()]
     mean = (found[1] * found[2] * found[3]) ** (1 / 3)
-    (task,) = [task for task in made.tasks if task.is_open]
+    (task,) = [task for task in made.runs if task.is_open]
     assert task.core_seconds == pytest.approx(found[0] * SECONDS / mean)
     assert made.stages["shear"].finished == 3
     assert made.factor == made.stages["shear"].factor
@@ -265,7 +265,7 @@ def test_runs_by_other_code_correct_them_only_where_there_are_no_others(
     path_of(scenario, work, "shear", 1).unlink()
     made = make_plan(scenario, work.results)
     assert made.stages["shear"].finished == 1
-    assert made.tasks[-4].core_seconds == pytest.approx(10.0)
+    assert made.runs[-4].core_seconds == pytest.approx(10.0)
 
 
 def test_of_many_finished_runs_some_are_taken_from_everywhere(
@@ -288,7 +288,7 @@ def test_new_is_what_another_scenario_does_not_have(
     path.write_text(runs_synthetic.SCENARIO.replace("[0.1, 0.5]", "[0.1, 0.3]"))
     other = load_scenario(str(path))
     made = make_plan(scenario, work.results, other)
-    new = [(task.stage, task.run) for task in made.tasks if task.new]
+    new = [(task.stage, task.run) for task in made.runs if task.new]
     assert new == [("shear", of(scenario, "shear", number)) for number in (1, 3)]
     gone = {of(other, "shear", number) for number in (1, 3)}
     assert made.gone == {
@@ -300,7 +300,7 @@ def test_new_is_what_another_scenario_does_not_have(
     assert make_plan(scenario, work.results).gone is None
 
 
-def task(stage: str, run: str, parent: str | None, seconds: float, **others: Any) -> Task:
+def task(stage: str, run: str, parent: str | None, seconds: float, **others: Any) -> PlannedRun:
     words: Mapping[str, Any] = {
         "coordinates": {},
         "action": "begin",
@@ -310,11 +310,11 @@ def task(stage: str, run: str, parent: str | None, seconds: float, **others: Any
         "size": 0.0,
         **others,
     }
-    return Task(stage, run, parent, core_seconds=seconds, **words)
+    return PlannedRun(stage, run, parent, core_seconds=seconds, **words)
 
 
-def plan_of(*tasks: Task) -> Plan:
-    return Plan(tasks, dict[str, StagePlan](), None)
+def plan_of(*runs: PlannedRun) -> Plan:
+    return Plan(runs, dict[str, StagePlan](), None)
 
 
 BRANCHES = plan_of(
@@ -345,7 +345,7 @@ def test_a_chain_begins_where_something_is_left_to_do() -> None:
         task(each.stage, each.run, each.parent, 0.0, action="reuse")
         if each.stage in ("packing", "expansion")
         else each
-        for each in BRANCHES.tasks
+        for each in BRANCHES.runs
     ]
     assert [link.stage for link in plan_of(*tasks).chain] == ["ageing", "shear"]
 
@@ -357,13 +357,13 @@ def test_the_wall_time_is_that_of_a_schedule(cores: int) -> None:
     Beside it, b's expansion and ageing run from 2 to 7, b1 to 11 and b2 to 17. With b2 half as
     long again, which nobody knows before, it is the last, at 20.
     """
-    longer = [*BRANCHES.tasks[:-1], task("shear", "b2", "b", 9.0)]
+    longer = [*BRANCHES.runs[:-1], task("shear", "b2", "b", 9.0)]
     assert BRANCHES.wall_seconds(cores) == {1: 34.0, 2: 17.0}[cores]
     assert plan_of(*longer).wall_seconds(cores) == {1: 37.0, 2: 20.0}[cores]
 
 
 def test_one_core_does_all_of_it_and_many_the_longest_chain() -> None:
-    total = sum(each.core_seconds for each in BRANCHES.tasks)
+    total = sum(each.core_seconds for each in BRANCHES.runs)
     longest = sum(link.core_seconds for link in BRANCHES.chain)
     assert BRANCHES.wall_seconds(1) == pytest.approx(total)
     assert BRANCHES.wall_seconds(100) == pytest.approx(longest)

@@ -130,7 +130,7 @@ class Project:
 
     def planned(self) -> set[tuple[str, str]]:
         """Return the stages and runs that are to be done by the plan."""
-        tasks = make_plan(load_scenario(str(self.source)), self.results).tasks
+        tasks = make_plan(load_scenario(str(self.source)), self.results).runs
         return {(task.stage, task.run) for task in tasks if task.is_open}
 
     def named(self, paths: Iterable[Path]) -> set[tuple[str, str]]:

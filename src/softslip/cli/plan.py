@@ -17,7 +17,7 @@ from softslip.config.scenario import Scenario, load_scenario
 from softslip.config.stages import STAGES
 
 if TYPE_CHECKING:
-    from softslip.operations.plan import Plan, StagePlan, Task
+    from softslip.operations.plan import Plan, PlannedRun, StagePlan
 
 app = typer.Typer()
 
@@ -72,19 +72,19 @@ def calibrate(table: Table_) -> None:
     """Measure for some minutes what runs cost here, and write the table that plans start from."""
     from softslip.operations.calibration import calibrate as measure
 
-    measure(table, _tell)
+    measure(table, _print_error)
 
 
-def _tell(sentence: str) -> None:
+def _print_error(sentence: str) -> None:
     print(sentence, file=sys.stderr, flush=True)
 
 
 def _summary(made: "Plan") -> Table:
     """Return a table with a row for each stage, and one for all of them."""
-    from softslip.operations.plan import BEGIN, CONTINUE, REUSE, RUNNING, SKIP
+    from softslip.operations.plan import BEGIN, RESUME, REUSE, RUNNING, SKIP
 
     table = Table("stage")
-    names = {BEGIN: "to do", CONTINUE: "to go on", RUNNING: "running", REUSE: "reused"}
+    names = {BEGIN: "to do", RESUME: "to resume", RUNNING: "running", REUSE: "reused"}
     if any(stage.counts[SKIP] for stage in made.stages.values()):
         names[SKIP] = "not needed"
     for name in (*names.values(), "core-hours", "give or take", "disk"):
@@ -113,8 +113,8 @@ def _remarks(made: "Plan", other: Scenario | None, cores: int) -> list[Renderabl
 
     lines = []
     if made.chain:
-        path = " → ".join(f"{task.stage} {task.run[:8]}" for task in made.chain)
-        longest = duration(sum(task.core_seconds for task in made.chain))
+        path = " → ".join(f"{run.stage} {run.run[:8]}" for run in made.chain)
+        longest = duration(sum(run.core_seconds for run in made.chain))
         wall = duration(made.wall_seconds(cores))
         lines.append(f"longest chain: {longest} ({path})")
         lines.append(f"wall time on {counted(cores, 'core')}: about {wall}")
@@ -126,9 +126,9 @@ def _remarks(made: "Plan", other: Scenario | None, cores: int) -> list[Renderabl
     changed = sum(stage.reasons.get(CHANGED, 0) for stage in made.stages.values())
     if changed:
         lines.append(f"{counted(changed, 'dataset')} made by other code than the present one")
-    damaged = [task for task in made.tasks if task.reason == DAMAGED]
+    damaged = [run for run in made.runs if run.reason == DAMAGED]
     if damaged:
-        paths = ", ".join(f"{task.stage}/{task.run}.nc" for task in damaged)
+        paths = ", ".join(f"{run.stage}/{run.run}.nc" for run in damaged)
         lines.append(f"cannot be read, and Snakemake does not notice; delete: {paths}")
     if other is not None and made.gone is not None:
         gone = ", ".join(f"{len(runs)} {stage}" for stage, runs in made.gone.items())
@@ -143,11 +143,11 @@ def _runs_table(scenario: Scenario, made: "Plan", every: bool) -> list[Renderabl
     """
     from softslip.operations.plan import REUSE
 
-    extended = made.gone is not None or any(task.action == REUSE for task in made.tasks)
-    shown = [task for task in made.tasks if every or (task.new and extended)]
+    extended = made.gone is not None or any(run.action == REUSE for run in made.runs)
+    shown = [run for run in made.runs if every or (run.new and extended)]
     if not shown:
         return []
-    untold = 0 if every else max(len(shown) - MOST_ROWS, 0)
+    hidden = 0 if every else max(len(shown) - MOST_ROWS, 0)
     table = Table("stage", title=None if every else "new runs", title_justify="left")
     table.add_column("run", no_wrap=True)
     for axis in scenario.axes:
@@ -156,19 +156,19 @@ def _runs_table(scenario: Scenario, made: "Plan", every: bool) -> list[Renderabl
     table.add_column("because")
     for name in ("done", "left", "disk"):
         table.add_column(name, justify="right")
-    for task in shown[: len(shown) - untold]:
-        values = [str(task.coordinates.get(axis.label, "")) for axis in scenario.axes]
-        table.add_row(task.stage, task.run, *values, task.action, task.reason, *_amounts(task))
-    note = f"and {counted(untold, 'new run')} more; to list them all: --all"
-    return [table, Text(note)] if untold else [table]
+    for run in shown[: len(shown) - hidden]:
+        values = [str(run.coordinates.get(axis.label, "")) for axis in scenario.axes]
+        table.add_row(run.stage, run.run, *values, run.action, run.reason, *_amounts(run))
+    note = f"and {counted(hidden, 'new run')} more; to list them all: --all"
+    return [table, Text(note)] if hidden else [table]
 
 
-def _amounts(task: "Task") -> list[str]:
+def _amounts(run: "PlannedRun") -> list[str]:
     """Return the cells of what is done and what is left."""
-    if not task.is_open:
+    if not run.is_open:
         return ["", "", ""]
-    done = f"{task.fraction:.1%}" if task.fraction else ""
-    return [done, duration(task.core_seconds), decimal(round(task.size))]
+    done = f"{run.fraction:.1%}" if run.fraction else ""
+    return [done, duration(run.core_seconds), decimal(round(run.size))]
 
 
 def _as_mapping(
@@ -188,8 +188,8 @@ def _as_mapping(
         "factor": made.factor,
         "cores": cores,
         "wall_seconds": made.wall_seconds(cores),
-        "chain": [{"stage": task.stage, "run": task.run} for task in made.chain],
-        "chain_seconds": sum(task.core_seconds for task in made.chain),
+        "chain": [{"stage": run.stage, "run": run.run} for run in made.chain],
+        "chain_seconds": sum(run.core_seconds for run in made.chain),
         "gone": made.gone,
-        "runs": [{**vars(task), "coordinates": dict(task.coordinates)} for task in made.tasks],
+        "runs": [{**vars(run), "coordinates": dict(run.coordinates)} for run in made.runs],
     }

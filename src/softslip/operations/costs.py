@@ -1,8 +1,7 @@
-"""What a stage of a run costs: processor time and disk, estimated from runs that were measured.
+"""What a stage of a run costs: processor time and disk, estimated from measured runs.
 
-The estimates are those of a model whose constants are fitted to a table of measured runs
-(``costs.json``, which `operations.calibration` makes), corrected by the finished runs of the
-scenario itself where there are any. For a stage the model is
+For each stage the time is a line, fitted to a table of measured runs (``costs.json``, which
+`operations.calibration` writes), and corrected by the finished runs of the scenario itself:
 
     packing         t = t₀ + c · discs · steps
     expansion       t = t₀ + c · growth nodes · steps
@@ -12,15 +11,15 @@ scenario itself where there are any. For a stage the model is
 with E evaluations of the equations of motion. Euler takes one a step. A step Δt of rkc2 takes
 √(1 + Δt ρ / 0.65) of them: ρ is the spectral radius, which grows as nodes come closer and the
 regularisation shorter, and Δt the shortest of the time to the next record, the longest step, and
-the step that the tolerance allows at that stress. ρ and the latter are power laws. Some steps more
-are taken at the start, where films settle and steps are short.
+the step that the tolerance allows at that stress. ρ and the latter are power laws; they do not
+depend on the machine, and their constants were fitted once to the runs of the table.
 """
 
 import json
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, lru_cache, partial
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -30,14 +29,23 @@ from softslip.config.parameters import Parameters
 from softslip.simulation.sample import particle_radii, wall_contour
 from softslip.solver.geometry import FloatArray
 
-TABLE = "costs.json"
-"""File of the package with the measured runs."""
+TABLE = Path(__file__).with_name("costs.json")
+"""The measured runs that come with the package."""
 
 STABLE_STEP = 0.65
 """Δt ρ / s² of s stages of rkc2 at the edge of stability (Sommeijer, Shampine & Verwer 1998)."""
 
 FEWEST_STAGES = 3.0
 """Evaluations of a step of rkc2 at least."""
+
+START_STEPS = 9.5
+"""Additional steps at the start, where films settle and steps are short."""
+
+STEP_LAW = (1.055, 0.29, -0.42)
+"""Step that the tolerance allows [η / K_e]: factor, and powers of the tolerance and the stress."""
+
+RADIUS_LAW = (0.056, -0.714, -0.42)
+"""Spectral radius [K_e / η]: factor, and powers of node spacing and regularisation length."""
 
 GRID_REGULARISATION = 0.78
 """Regularisation length of the mesh of 'grid' over its mesh size."""
@@ -52,9 +60,6 @@ where a shear rate is imposed."""
 
 SURE = 2.0
 """Standard deviations of the logarithm that the stated factor of uncertainty spans."""
-
-LEAST_STARTS = 2.0
-"""Steps over those at the start from which on they tell of something else."""
 
 LINE_CONSTANTS, FLOW_CONSTANTS = 2, 11
 """Constants fitted for a preparing stage, and for ageing and shear together: two lines, two power
@@ -98,6 +103,10 @@ class Estimate:
 
     core_seconds: float
     size: float
+
+    def corrected(self, correction: "Correction") -> "Estimate":
+        """Return the estimate in the light of finished runs."""
+        return Estimate(self.core_seconds * correction.core_seconds, self.size * correction.size)
 
 
 @dataclass(frozen=True)
@@ -169,12 +178,6 @@ def load(stage: str, parameters: Parameters, evaluations: float) -> float:
     return math.pow(nodes(parameters), NODE_GROWTH) * evaluations
 
 
-def duration(stage: str, parameters: Parameters) -> float:
-    """Return the simulated time of ageing or shear [time unit]."""
-    stepping = parameters.time_stepping
-    return stepping.ageing_time if stage == "ageing" else stepping.shear_time
-
-
 def stored(stage: str, parameters: Parameters) -> float:
     """Return about how many numbers the dataset of a stage holds."""
     if stage == "packing":
@@ -219,44 +222,28 @@ def _records(parameters: Parameters) -> Pieces:
     )
 
 
-@dataclass(frozen=True)
-class _Steps:
-    """What the steps of rkc2 follow from, in units of the membranes' time η / K_e.
-
-    Attributes
-    ----------
-    lengths, counts
-        Of the intervals whose ends are ends of steps, shape (lengths,).
-    cap
-        Longest step, whatever the tolerance.
-    """
-
-    lengths: FloatArray
-    counts: FloatArray
-    cap: float
-
-    @classmethod
-    def of(cls, stage: str, parameters: Parameters) -> "_Steps":
-        stepping, unit = parameters.time_stepping, _time_unit(parameters)
-        whole = np.array([stepping.ageing_time]), np.ones(1)
-        lengths, counts = whole if stage == "ageing" else _records(parameters)
-        return cls(lengths / unit, counts, stepping.longest_step / unit)
-
-    def number(self, tolerated: float) -> float:
-        """Return the number of steps, of which the tolerance allows some length."""
-        return float(self.counts @ np.maximum(self.lengths / min(tolerated, self.cap), 1.0))
-
-    def evaluations(self, tolerated: float, radius: float) -> float:
-        """Return the number of evaluations at a spectral radius."""
-        longest = min(tolerated, self.cap)
-        stages = np.sqrt(1 + np.minimum(self.lengths, longest) * radius / STABLE_STEP)
-        steps = self.counts * np.maximum(self.lengths / longest, 1.0)
-        return float(steps @ np.maximum(stages, FEWEST_STAGES))
-
-
-def _time_unit(parameters: Parameters) -> float:
-    """Return the time in which membranes relax, η / K_e [time unit]."""
-    return parameters.solvent.viscosity / parameters.membrane.elastic_constant
+def evaluations(stage: str, parameters: Parameters) -> float:
+    """Return the number of evaluations of the equations of motion, 0 where there are none."""
+    stepping, flow = parameters.time_stepping, parameters.hydrodynamics
+    duration = {"ageing": stepping.ageing_time, "shear": stepping.shear_time}.get(stage, 0.0)
+    if not duration:
+        return 0.0
+    if stepping.integrator == "euler":
+        return duration / stepping.step
+    unit = parameters.solvent.viscosity / parameters.membrane.elastic_constant
+    lengths, counts = _records(parameters)
+    if stage == "ageing":
+        lengths, counts = np.array([duration]), np.ones(1)
+    factor, *powers = STEP_LAW
+    tolerated = factor * stepping.tolerance ** powers[0] * _stress(stage, parameters) ** powers[1]
+    step = min(unit * tolerated, stepping.longest_step)
+    factor, *powers = RADIUS_LAW
+    spacing = flow.node_spacing / flow.resolution
+    epsilon = (flow.regularisation or GRID_REGULARISATION) / flow.resolution
+    radius = factor * spacing ** powers[0] * epsilon ** powers[1] / unit
+    stages = np.sqrt(1 + np.minimum(lengths, step) * radius / STABLE_STEP)
+    steps = counts * np.maximum(lengths / step, 1.0)
+    return float(steps @ np.maximum(stages, FEWEST_STAGES)) + START_STEPS * FEWEST_STAGES
 
 
 def _stress(stage: str, parameters: Parameters) -> float:
@@ -269,82 +256,31 @@ def _stress(stage: str, parameters: Parameters) -> float:
     return max(imposed / parameters.membrane.elastic_constant, LEAST_STRESS)
 
 
-Features = Callable[[str, Parameters], tuple[float, ...]]
-"""What a power law is of."""
+Line = tuple[float, float]
+"""Start and slope."""
 
 
-def _of_step(stage: str, parameters: Parameters) -> tuple[float, ...]:
-    return parameters.time_stepping.tolerance, _stress(stage, parameters)
+def fitted_line(points: Sequence[tuple[float, float]]) -> Line:
+    """Return start and slope of the line with the least relative errors, neither negative.
+
+    Parameters
+    ----------
+    points
+        Loads and values.
+    """
+    loads, values = np.array(points).T
+    columns = np.column_stack((1 / values, loads / values))
+    line = np.linalg.lstsq(columns, np.ones(len(values)), rcond=None)[0]
+    if line.min() < 0:
+        other = int(line.argmax())
+        line = np.zeros(2)
+        line[other] = columns[:, other].sum() / (columns[:, other] ** 2).sum()
+    return float(line[0]), float(line[1])
 
 
-def _of_radius(stage: str, parameters: Parameters) -> tuple[float, ...]:
-    hydrodynamics = parameters.hydrodynamics
-    spacing = hydrodynamics.node_spacing / hydrodynamics.resolution
-    epsilon = (hydrodynamics.regularisation or GRID_REGULARISATION) / hydrodynamics.resolution
-    return spacing, epsilon
-
-
-@dataclass(frozen=True)
-class _PowerLaw:
-    """exp(constant) times powers of features, fitted to the logarithms by least squares."""
-
-    features: Features
-    coefficients: tuple[float, ...]
-
-    @classmethod
-    def fitted(cls, features: Features, points: Sequence[tuple[Measured, float]]) -> "_PowerLaw":
-        rows = [[1.0, *np.log(features(run.stage, run.parameters))] for run, _ in points]
-        values = np.log([value for _, value in points])
-        solution, *_ = np.linalg.lstsq(np.array(rows), values, rcond=None)
-        return cls(features, tuple(solution.tolist()))
-
-    def __call__(self, stage: str, parameters: Parameters) -> float:
-        terms = (1.0, *map(math.log, self.features(stage, parameters)))
-        return math.exp(math.fsum(c * x for c, x in zip(self.coefficients, terms, strict=True)))
-
-
-@dataclass(frozen=True)
-class _Line:
-    """start + slope · load, fitted so that relative errors are least; neither is negative."""
-
-    start: float
-    slope: float
-
-    @classmethod
-    def fitted(cls, points: Sequence[tuple[float, float]]) -> "_Line":
-        loads, values = np.array(points).T
-        columns = np.column_stack((1 / values, loads / values))
-        ones = np.ones(len(values))
-        start, slope = np.linalg.lstsq(columns, ones, rcond=None)[0].tolist()
-        if start < 0:
-            start, slope = 0.0, float(columns[:, 1].sum() / (columns[:, 1] ** 2).sum())
-        if slope < 0:
-            start, slope = float(columns[:, 0].sum() / (columns[:, 0] ** 2).sum()), 0.0
-        return cls(start, slope)
-
-    def __call__(self, load: float) -> float:
-        return self.start + self.slope * load
-
-
-def _solver(run: Measured) -> str:
-    return _kind(run.stage, run.parameters)
-
-
-def _kind(stage: str, parameters: Parameters) -> str:
-    """Return what shares a cost: ageing and shear do, but not the two mobilities."""
+def _cost_of(stage: str, parameters: Parameters) -> str:
+    """Return what shares a line: ageing and shear do, but not the two mobilities."""
     return stage if stage in ("packing", "expansion") else parameters.hydrodynamics.mobility
-
-
-def _bisected(function: Callable[[float], float], wanted: float, low: float, high: float) -> float:
-    """Return where a monotonic function of a positive number takes a value, or the nearer end."""
-    rising = function(high) > function(low)
-    for _ in range(60):
-        middle = math.sqrt(low * high)
-        if (function(middle) < wanted) == rising:
-            low = middle
-        else:
-            high = middle
-    return math.sqrt(low * high)
 
 
 class Costs:
@@ -353,7 +289,7 @@ class Costs:
     Parameters
     ----------
     table
-        Runs of every stage, with their steps and evaluations; both mobilities among them.
+        Runs of every stage, with their evaluations; both mobilities among them.
 
     Attributes
     ----------
@@ -363,37 +299,23 @@ class Costs:
     """
 
     def __init__(self, table: Sequence[Measured]) -> None:
-        self._start, self._step, self._radius = _fitted_steps(table)
-        kinds: dict[str, list[tuple[float, float]]] = {}
+        times: dict[str, list[tuple[float, float]]] = {}
         sizes: dict[str, list[tuple[float, float]]] = {}
         for run in table:
-            point = load(run.stage, run.parameters, run.evaluations), run.core_seconds
-            kinds.setdefault(_solver(run), []).append(point)
-            sizes.setdefault(run.stage, []).append((stored(run.stage, run.parameters), run.size))
-        self._times = {kind: _Line.fitted(points) for kind, points in kinds.items()}
-        self._sizes = {stage: _Line.fitted(points) for stage, points in sizes.items()}
+            stage, parameters = run.stage, run.parameters
+            work = load(stage, parameters, run.evaluations)
+            times.setdefault(_cost_of(stage, parameters), []).append((work, run.core_seconds))
+            sizes.setdefault(stage, []).append((stored(stage, parameters), run.size))
+        self._times = {name: fitted_line(points) for name, points in times.items()}
+        self._sizes = {stage: fitted_line(points) for stage, points in sizes.items()}
         self.factors = {stage: self._scatter(table, stage) for stage in sizes}
 
     def estimate(self, stage: str, parameters: Parameters) -> Estimate:
         """Return what a stage of a run takes by the table alone."""
-        work = load(stage, parameters, self.evaluations(stage, parameters))
-        return Estimate(
-            self._times[_kind(stage, parameters)](work),
-            self._sizes[stage](stored(stage, parameters)),
-        )
-
-    def evaluations(self, stage: str, parameters: Parameters) -> float:
-        """Return the number of evaluations of the equations of motion, 0 where there are none."""
-        if stage in ("packing", "expansion"):
-            return 0.0
-        stepping = parameters.time_stepping
-        if stepping.integrator == "euler":
-            return duration(stage, parameters) / stepping.step
-        if not duration(stage, parameters):
-            return 0.0
-        tolerated, radius = self._step(stage, parameters), self._radius(stage, parameters)
-        regular = _Steps.of(stage, parameters).evaluations(tolerated, radius)
-        return regular + self._start * FEWEST_STAGES
+        start, slope = self._times[_cost_of(stage, parameters)]
+        work = load(stage, parameters, evaluations(stage, parameters))
+        least, each = self._sizes[stage]
+        return Estimate(start + slope * work, least + each * stored(stage, parameters))
 
     def correction(self, stage: str, finished: Iterable[Measured]) -> Correction:
         """Return how finished runs of a stage, if any, compare with the estimates."""
@@ -426,44 +348,18 @@ class Costs:
         return math.exp(SURE * math.sqrt(mean_square * unseen))
 
 
-def _fitted_steps(table: Sequence[Measured]) -> tuple[float, _PowerLaw, _PowerLaw]:
-    """Return the steps at the start, and the laws of the tolerated step and spectral radius."""
-    looped = [
-        (run, _Steps.of(run.stage, run.parameters))
-        for run in table
-        if run.steps and run.parameters.time_stepping.integrator == "rkc2"
-    ]
-    # At rest nothing but the start asks for steps below the longest.
-    resting = [(run, steps) for run, steps in looped if run.stage == "ageing"]
-    extra = [run.steps - steps.number(steps.cap) for run, steps in resting]
-    start = max(float(np.median(extra)), 0.0)
-    lengths, radii = [], []
-    for run, steps in looped:
-        tolerated = _bisected(steps.number, run.steps - start, 1e-6, 1e6)
-        # Where records or the longest step set the pace, nothing is learned of the tolerance.
-        excess = run.steps - start - steps.number(steps.cap)
-        if run.stage == "shear" and excess > LEAST_STARTS * start:
-            lengths.append((run, tolerated))
-        # Runs that are all start say nothing of what comes after.
-        if run.steps > LEAST_STARTS * start:
-            evaluations = partial(steps.evaluations, tolerated)
-            regular = run.evaluations - start * FEWEST_STAGES
-            radii.append((run, _bisected(evaluations, regular, 1e-3, 1e9)))
-    return start, _PowerLaw.fitted(_of_step, lengths), _PowerLaw.fitted(_of_radius, radii)
-
-
 def read_table(path: Path) -> list[Measured]:
     """Return the runs of a table of measured costs.
 
     Parameters
     ----------
     path
-        What `operations.calibration.calibrate` has written.
+        As `operations.calibration.calibrate` writes it.
     """
-    words: Mapping[str, Any] = json.loads(path.read_text())
+    table: Mapping[str, Any] = json.loads(path.read_text())
     return [
         Measured(stage, parameters, **measured)
-        for run in words["runs"]
+        for run in table["runs"]
         for parameters in [Parameters.from_mapping(run["settings"])]
         for stage, measured in run["stages"].items()
     ]
@@ -472,4 +368,4 @@ def read_table(path: Path) -> list[Measured]:
 @cache
 def shipped() -> Costs:
     """Return the estimates from the table that comes with the package."""
-    return Costs(read_table(Path(__file__).with_name(TABLE)))
+    return Costs(read_table(TABLE))

@@ -1,21 +1,21 @@
 """What Snakemake would do for a scenario, and what that will take.
 
-What there is to do follows from the datasets, as Snakemake's own rules have it: a run of a stage is
-done if its dataset is missing and somebody needs it, if other code made it, or if its parent is
-made anew or is newer. Snakemake itself compares with the records that it keeps in ``.snakemake``;
-here the datasets' own word is taken, so that results that were copied without these records count
-too. Nothing here writes.
+What there is to do follows from the datasets, by the rules that Snakemake has (`tests/workflow`
+compares it with dry runs): a run of a stage is done if its dataset is missing and somebody needs
+it, if other code made it, or if its parent is rerun or is newer. Snakemake compares with its own
+records in ``.snakemake``; here the datasets themselves are asked, so that results that were copied
+without these records count too, and thousands of runs take a second. Nothing here writes.
 """
 
 import heapq
 import json
 import math
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from softslip.config.scenario import Scenario, StageRun
 from softslip.config.stages import STAGES
@@ -23,52 +23,46 @@ from softslip.errors import DatasetError
 from softslip.files.labels import text_attributes
 from softslip.operations.costs import Correction, Costs, Estimate, Measured, shipped
 from softslip.operations.listing import ListedFile
-from softslip.operations.status import RunStatus, ScenarioStatus, scenario_status
+from softslip.operations.status import RunStatus, scenario_status
 from softslip.provenance.fingerprints import fingerprint
 
-RUNNING, CONTINUE, BEGIN, REUSE, SKIP = "running", "continue", "begin", "reuse", "skip"
-ACTIONS = (BEGIN, CONTINUE, RUNNING, REUSE, SKIP)
-"""What becomes of a run of a stage: it is begun, gone on with from a checkpoint, somebody works on
-it, its dataset is used as it is, or it is missing and nobody needs it."""
+RUNNING, RESUME, BEGIN, REUSE, SKIP = "running", "resume", "begin", "reuse", "skip"
+ACTIONS = (BEGIN, RESUME, RUNNING, REUSE, SKIP)
+"""What becomes of a run of a stage: it begins, resumes from a checkpoint, is being worked on, its
+dataset is used as it is, or it is missing and nobody needs it."""
 
-OPEN = (BEGIN, CONTINUE, RUNNING)
+OPEN = (BEGIN, RESUME, RUNNING)
 """Where something is left to do."""
 
 ENOUGH = 100
 """Finished runs of a stage that an estimate is corrected by: more do not make it better."""
 
-MISSING, CHANGED, PARENT, NEWER, DAMAGED = (
+MISSING, CHANGED, PARENT, NEWER, DAMAGED = REASONS = (
     "missing",
     "code changed",
-    "parent made anew",
+    "parent rerun",
     "parent newer",
     "unreadable",
 )
-REASONS = (MISSING, CHANGED, PARENT, NEWER, DAMAGED)
 """Why a run of a stage is to be done."""
 
 Key = tuple[str, str]
 """Stage and run."""
 
+Tables = Mapping[str, Mapping[str, StageRun]]
+"""Runs by their names, by stage."""
 
-@dataclass(frozen=True)
-class Origin:
-    """What a dataset says of how it was made.
 
-    Attributes
-    ----------
-    fingerprint
-        Of the code that made it, empty where it does not say.
-    core_seconds
-        Processor time, 0 where it does not say.
-    """
+class _Dataset(NamedTuple):
+    """A dataset and how it was made; ``code`` is None where no stage could read it."""
 
-    fingerprint: str
+    file: ListedFile
+    code: str | None
     core_seconds: float
 
 
 @dataclass(frozen=True)
-class Task:
+class PlannedRun:
     """One stage of one or more runs of a scenario, and what becomes of it.
 
     Attributes
@@ -82,7 +76,7 @@ class Task:
     reason
         One of `REASONS` where it is to be done, empty where it is not.
     fraction
-        Part of the stage's time that has passed, where there is a checkpoint to go on from.
+        Part of the stage's time that has passed, where there is a checkpoint to resume from.
     new
         Whether it was never done, or is not in the scenario that is compared with.
     core_seconds, size
@@ -139,7 +133,7 @@ class Plan:
 
     Attributes
     ----------
-    tasks
+    runs
         Every run of every stage, in the order of stages and of the scenario.
     stages
         Sums by stage.
@@ -147,7 +141,7 @@ class Plan:
         Runs by stage that only the scenario has that is compared with, None without one.
     """
 
-    tasks: tuple[Task, ...]
+    runs: tuple[PlannedRun, ...]
     stages: Mapping[str, StagePlan]
     gone: Mapping[str, tuple[str, ...]] | None
 
@@ -165,69 +159,58 @@ class Plan:
     def factor(self) -> float:
         """Factor by which the whole time may be off: that of the stages, as they share in it."""
         total = self.core_seconds
-        if not total:
-            return 1.0
         logs = (part.core_seconds * math.log(part.factor) for part in self.stages.values())
-        return math.exp(sum(logs) / total)
+        return math.exp(sum(logs) / total) if total else 1.0
 
     @cached_property
-    def chain(self) -> tuple[Task, ...]:
-        """The tasks from a packing to a shear, one after another, that take longest together.
+    def chain(self) -> tuple[PlannedRun, ...]:
+        """The runs from a packing to a shear, one after another, that take longest together.
 
         However many cores there are, it does not go faster.
         """
-        index = {(task.stage, task.run): task for task in self.tasks}
         ends: dict[Key | None, float] = {None: 0.0}
-        for task in self.tasks:
-            ends[task.stage, task.run] = ends[_parent(task)] + task.core_seconds
-        last = max(ends, key=lambda key: ends[key])
-        found = []
-        while last is not None:
-            found.append(index[last])
-            last = _parent(index[last])
-        return tuple(task for task in reversed(found) if task.is_open)
+        chains: dict[Key | None, tuple[PlannedRun, ...]] = {None: ()}
+        for run in self.runs:
+            key, before = (run.stage, run.run), _before(run)
+            ends[key] = ends[before] + run.core_seconds
+            chains[key] = (*chains[before], run)
+        longest = chains[max(ends, key=lambda key: ends[key])]
+        return tuple(run for run in longest if run.is_open)
 
     def wall_seconds(self, cores: int) -> float:
-        """Return the time until all is done, each task on one core as soon as one is free.
+        """Return the time until all is done, each run on one core as soon as one is free.
 
-        Tasks that can start are taken in the order of the plan, since Snakemake does not know which
+        Runs that can start are taken in the order of the plan, since Snakemake does not know which
         of them take long; those that are being worked on come first.
 
         Parameters
         ----------
         cores
-            How many tasks run at a time, at least 1.
+            How many run at a time, at least 1.
         """
-        tasks = [task for task in self.tasks if task.is_open]
+        runs = [run for run in self.runs if run.is_open]
         places: dict[Key | None, int] = {
-            (task.stage, task.run): place for place, task in enumerate(tasks)
+            (run.stage, run.run): place for place, run in enumerate(runs)
         }
-        following: defaultdict[int, list[int]] = defaultdict(list)
-        ready: list[tuple[bool, int]] = []
-        for place, task in enumerate(tasks):
-            before = places.get(_parent(task))
-            if before is None:
-                heapq.heappush(ready, (task.action != RUNNING, place))
-            else:
-                following[before].append(place)
+        children: defaultdict[int | None, list[int]] = defaultdict(list)
+        for place, run in enumerate(runs):
+            children[places.get(_before(run))].append(place)
+        ready = [(runs[place].action != RUNNING, place) for place in children[None]]
+        heapq.heapify(ready)
         now, working = 0.0, list[tuple[float, int]]()
         while ready or working:
             while ready and len(working) < cores:
                 place = heapq.heappop(ready)[1]
-                heapq.heappush(working, (now + tasks[place].core_seconds, place))
+                heapq.heappush(working, (now + runs[place].core_seconds, place))
             now, done = heapq.heappop(working)
-            for place in following[done]:
+            for place in children[done]:
                 heapq.heappush(ready, (True, place))
         return now
 
 
-def _parent(task: Task) -> Key | None:
-    """Return the stage and run before a task, None before a packing."""
-    return None if task.parent is None else _before(task.stage, task.parent)
-
-
-def _before(stage: str, parent: str) -> Key:
-    return STAGES[STAGES.index(stage) - 1], parent
+def _before(run: PlannedRun | StageRun) -> Key | None:
+    """Return the stage and run before a run, None before a packing."""
+    return None if run.parent is None else (STAGES[STAGES.index(run.stage) - 1], run.parent)
 
 
 def make_plan(
@@ -251,182 +234,125 @@ def make_plan(
     DatasetError
         When a folder of results cannot be read.
     """
-    found = scenario_status(scenario, results)
+    status = scenario_status(scenario, results)
     tables = {stage: scenario.stage_table(stage) for stage in STAGES}
-    origins = {
-        (stage, run): _origin(found.datasets[stage, run], stage, run)
+    datasets: dict[Key | None, _Dataset] = {
+        (stage, run): _dataset(status.datasets[stage, run], stage, run)
         for stage, table in tables.items()
         for run in table
-        if (stage, run) in found.datasets
+        if (stage, run) in status.datasets
     }
-    reasons = _reasons(found, tables, origins)
-    known = None
+    reasons = _reasons(tables, datasets)
+    others = None
     if against is not None:
-        known = {stage: frozenset(against.stage_table(stage)) for stage in STAGES}
-    costs, tasks, stages = costs or shipped(), list[Task](), dict[str, StagePlan]()
+        others = {stage: frozenset(against.stage_table(stage)) for stage in STAGES}
+    costs, planned, stages = costs or shipped(), list[PlannedRun](), dict[str, StagePlan]()
     for stage, table in tables.items():
-        correction = costs.correction(stage, _finished(stage, table, found, origins))
+        correction = costs.correction(stage, _finished(stage, table, datasets))
         own = []
-        for status in (each for each in found.runs if each.stage == stage):
-            row, reason = table[status.run], reasons.get((stage, status.run), "")
-            made_anew = row.parent is not None and _before(stage, row.parent) in reasons
-            action = _action(status, (stage, status.run) in origins, reason, made_anew)
-            new = status.run not in known[stage] if known else reason == MISSING
-            estimate = None
+        for run in (each for each in status.runs if each.stage == stage):
+            row, reason = table[run.run], reasons.get((stage, run.run), "")
+            action = _action(run, reason, (stage, run.run) in datasets, _before(row) in reasons)
+            estimate = Estimate(0.0, 0.0)
             if action in OPEN:
-                estimate = _corrected(costs.estimate(stage, row.parameters), correction)
-            own.append(_task(status, row.parent, action, reason, new, estimate))
-        tasks += own
+                estimate = costs.estimate(stage, row.parameters).corrected(correction)
+            new = run.run not in others[stage] if others else reason == MISSING
+            own.append(_planned(run, row.parent, action, reason, new, estimate))
+        planned += own
         stages[stage] = _stage_plan(own, correction)
     gone = None
-    if known:
-        gone = {stage: tuple(sorted(known[stage] - set(tables[stage]))) for stage in STAGES}
-    return Plan(tuple(tasks), stages, gone)
+    if others:
+        gone = {stage: tuple(sorted(others[stage] - set(tables[stage]))) for stage in STAGES}
+    return Plan(tuple(planned), stages, gone)
 
 
-def _origin(dataset: ListedFile, stage: str, run: str) -> Origin | None:
-    """Return what a dataset says of how it was made, None where no stage could go on from it."""
+def _dataset(file: ListedFile, stage: str, run: str) -> _Dataset:
+    """Return how a dataset was made, without code where no stage could read it."""
     try:
-        found = text_attributes(dataset.path, ("provenance", "stage", "run"))
-        words = json.loads(found.get("provenance", "{}"))
-        origin = Origin(str(words.get("fingerprint", "")), float(words.get("core_seconds", 0.0)))
+        labels = text_attributes(file.path, ("provenance", "stage", "run"))
+        origin = json.loads(labels.get("provenance", "{}"))
+        code, seconds = str(origin.get("fingerprint", "")), float(origin.get("core_seconds", 0.0))
     except (DatasetError, ValueError, TypeError, AttributeError):
-        return None
-    return origin if (found.get("stage"), found.get("run")) == (stage, run) else None
+        return _Dataset(file, None, 0.0)
+    if (labels.get("stage"), labels.get("run")) != (stage, run):
+        return _Dataset(file, None, 0.0)
+    return _Dataset(file, code, seconds)
 
 
-def _reasons(
-    found: ScenarioStatus,
-    tables: Mapping[str, Mapping[str, StageRun]],
-    origins: Mapping[Key, Origin | None],
-) -> dict[Key, str]:
+def _reasons(tables: Tables, datasets: Mapping[Key | None, _Dataset]) -> dict[Key, str]:
     """Return why runs are to be done, by stage and run.
 
-    What follows from it that one is done goes both ways: its children are done again, and its
-    parent must be there. It ends when nothing follows any more.
+    From the shears back, what is to be done needs its parent; from the packings on, what is to be
+    done makes its children be done again.
     """
-    reasons = _own_reasons(found, tables, origins)
-    parents = {
-        (stage, run): _before(stage, row.parent)
-        for stage, table in tables.items()
-        for run, row in table.items()
-        if row.parent is not None
-    }
-    before = -1
-    while len(reasons) != before:
-        before = len(reasons)
-        for child, parent in parents.items():
-            if child in reasons and parent not in origins:
-                reasons.setdefault(parent, MISSING)
-            if parent in reasons and child in origins:
-                reasons.setdefault(child, PARENT)
-    return reasons
-
-
-def _own_reasons(
-    found: ScenarioStatus,
-    tables: Mapping[str, Mapping[str, StageRun]],
-    origins: Mapping[Key, Origin | None],
-) -> dict[Key, str]:
-    """Return why runs are to be done whatever becomes of others."""
     reasons: dict[Key, str] = {}
-    for stage, table in tables.items():
-        for run, row in table.items():
-            key = stage, run
-            parent = found.datasets.get(_before(stage, row.parent)) if row.parent else None
-            if key not in origins:
+    for stage in reversed(STAGES):
+        for run, row in tables[stage].items():
+            key, before = (stage, run), _before(row)
+            if key not in datasets:
                 # Of the other stages only what is needed is made.
                 if stage == STAGES[-1]:
                     reasons[key] = MISSING
-                continue
-            origin = origins[key]
-            if origin is None:
+            elif datasets[key].code is None:
                 reasons[key] = DAMAGED
-            elif origin.fingerprint != fingerprint(stage):
+            elif datasets[key].code != fingerprint(stage):
                 reasons[key] = CHANGED
-            elif parent is not None and parent.changed > found.datasets[key].changed:
+            elif before in datasets and datasets[before].file.changed > datasets[key].file.changed:
                 reasons[key] = NEWER
+            if key in reasons and before is not None and before not in datasets:
+                reasons[before] = MISSING
+    for stage in STAGES:
+        for run, row in tables[stage].items():
+            if _before(row) in reasons and (stage, run) in datasets:
+                reasons.setdefault((stage, run), PARENT)
     return reasons
 
 
-def _action(status: RunStatus, has_dataset: bool, reason: str, parent_anew: bool) -> str:
-    if status.state == "running":
+def _action(run: RunStatus, reason: str, has_dataset: bool, parent_rerun: bool) -> str:
+    if run.state == "running":
         return RUNNING
     if not reason:
         return REUSE if has_dataset else SKIP
     # A checkpoint that began with another parent is passed over, and a finished run has none.
-    return CONTINUE if status.progress is not None and not parent_anew else BEGIN
+    return RESUME if run.progress is not None and not parent_rerun else BEGIN
 
 
-def _task(
-    status: RunStatus,
-    parent: str | None,
-    action: str,
-    reason: str,
-    new: bool,
-    estimate: Estimate | None,
-) -> Task:
-    fraction, seconds, size = 0.0, 0.0, 0.0
-    if estimate is not None:
-        seconds, size = estimate.core_seconds, estimate.size
-    progress = status.progress
-    if action in (CONTINUE, RUNNING) and progress is not None:
+def _planned(
+    run: RunStatus, parent: str | None, action: str, reason: str, new: bool, estimate: Estimate
+) -> PlannedRun:
+    fraction, seconds, progress = 0.0, estimate.core_seconds, run.progress
+    if action in (RESUME, RUNNING) and progress is not None:
         fraction = progress.fraction
         # What the run itself has shown is worth more than what others have.
-        known = progress.remaining
-        seconds = seconds * (1 - fraction) if known is None else known
-    return Task(
-        status.stage,
-        status.run,
-        parent,
-        status.coordinates,
-        action,
-        reason,
-        fraction,
-        new,
-        seconds,
-        size,
-    )
+        own = progress.remaining
+        seconds = seconds * (1 - fraction) if own is None else own
+    which = run.stage, run.run, parent, run.coordinates
+    return PlannedRun(*which, action, reason, fraction, new, seconds, estimate.size)
 
 
 def _finished(
-    stage: str,
-    table: Mapping[str, StageRun],
-    found: ScenarioStatus,
-    origins: Mapping[Key, Origin | None],
+    stage: str, table: Mapping[str, StageRun], datasets: Mapping[Key | None, _Dataset]
 ) -> list[Measured]:
     """Return finished runs of a stage, by the present code if there are such, `ENOUGH` at most."""
     timed = [
-        (origin.fingerprint, Measured(stage, row.parameters, origin.core_seconds, size))
+        (made.code, Measured(stage, row.parameters, made.core_seconds, made.file.size))
         for run, row in table.items()
-        if (origin := origins.get((stage, run))) is not None and origin.core_seconds > 0
-        for size in [found.datasets[stage, run].size]
+        if (made := datasets.get((stage, run))) is not None and made.core_seconds > 0
     ]
-    present = [run for code, run in timed if code == fingerprint(stage)] if timed else []
-    told = present or [run for _, run in timed]
-    # Neighbours in a sweep tell the same: these are spread over all of it.
-    return told[:: max(math.ceil(len(told) / ENOUGH), 1)]
+    present = [run for code, run in timed if code == fingerprint(stage)]
+    runs = present or [run for _, run in timed]
+    # Neighbours in a sweep are alike: these are spread over all of it.
+    return runs[:: max(math.ceil(len(runs) / ENOUGH), 1)]
 
 
-def _corrected(plain: Estimate, correction: Correction) -> Estimate:
-    return Estimate(
-        plain.core_seconds * correction.core_seconds,
-        plain.size * correction.size,
-    )
-
-
-def _stage_plan(own: Sequence[Task], correction: Correction) -> StagePlan:
-    actions = Counter(task.action for task in own)
-    reasons = Counter(task.reason for task in own if task.reason)
+def _stage_plan(runs: Sequence[PlannedRun], correction: Correction) -> StagePlan:
+    actions = Counter(run.action for run in runs)
+    reasons = Counter(run.reason for run in runs if run.reason)
     return StagePlan(
         {action: actions[action] for action in ACTIONS},
         {reason: reasons[reason] for reason in REASONS if reasons[reason]},
-        _total(task.core_seconds for task in own),
-        _total(task.size for task in own),
+        math.fsum(run.core_seconds for run in runs),
+        math.fsum(run.size for run in runs),
         correction.factor,
         correction.runs,
     )
-
-
-def _total(values: Iterable[float]) -> float:
-    return math.fsum(values)
