@@ -6,8 +6,8 @@ __version__ = "0.1.0"
 def __getattr__(name: str) -> object:
     """Import `open_results` when it is first asked for.
 
-    Every stage imports this package, and must neither wait for more nor depend on its code: the
-    module is named as text, which is no import in the graph that fingerprints are made from.
+    Every command imports this package and must not wait for more. The module is named as text, so
+    that the rooms below it do not import it in the graph that their layers are checked with.
     """
     if name == "open_results":
         import importlib

@@ -12,7 +12,7 @@ import pytest
 
 from softslip.config.stages import STAGES
 from softslip.provenance import fingerprints
-from softslip.provenance.definitions import EFFECTS, ROOMS, WHOLE, Package
+from softslip.provenance.definitions import EFFECTS, ROOMS, WHOLE, ModuleName, Package
 from softslip.provenance.fingerprints import (
     DATA,
     DIGITS,
@@ -174,7 +174,8 @@ def test_no_edit_outside_the_rooms_that_compute_changes_a_fingerprint(original, 
     edited = set()
 
     def rewrite(tree: ast.Module, file: Path) -> ast.Module:
-        if file.parts[0] not in ROOMS:
+        # Measurements count with the levels of fidelity, see below.
+        if file.parts[0] not in ROOMS and file.name != "fidelity.py":
             edited.add(file.parts[0])
             definitions = (ast.FunctionDef, ast.ClassDef)
             tree.body = [
@@ -236,6 +237,59 @@ def test_remarks_formatting_annotations_and_sentences_of_errors_change_no_finger
     after = read_code(rewritten(tmp_path, lambda tree, _: reworded.visit(tree)))
     assert reworded.errors > 100
     assert changed(original, after) == set()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "stages"),
+    [
+        ('1.0, symbol="K_e"', '2.0, symbol="K_e"', MEASURED),
+        ("Elastic boundary", "Boundary", ""),
+        ('description="Membrane modulus."', 'description="Modulus."', ""),
+        ('unit="stress unit"', 'unit="stress"', ""),
+        ("paper=1.0, gt=0", "paper=1.0, ge=0", ""),
+    ],
+)
+def test_of_the_configuration_only_defaults_count_and_only_for_measurements(
+    original, tmp_path, old, new, stages
+):
+    file = copied(tmp_path) / "config/sections/material.py"
+    text = file.read_text("utf-8")
+    assert text.count(old) > 0
+    file.write_text(text.replace(old, new), "utf-8")
+    assert changed(original, read_code(Package(tmp_path / "softslip"))) == set(stages.split())
+
+
+def test_levels_of_fidelity_count_for_measurements(original, tmp_path):
+    file = copied(tmp_path) / "config/fidelity.py"
+    text = file.read_text("utf-8")
+    file.write_text(text.replace("_level(0.1, 6.0,", "_level(0.1, 6.5,"), "utf-8")
+    after = read_code(Package(tmp_path / "softslip"))
+    assert changed(original, after) == set(MEASURED.split())
+
+
+UNCOUNTED = {
+    "simulation.checkpoint",
+    "simulation.interruption",
+    "simulation.keeper",
+    "studies.publish",
+    "studies.stability.markdown",
+    "studies.study",
+}
+"""What only resumes runs, reads studies, or shows and publishes what was measured."""
+
+
+def test_what_commands_call_of_the_rooms_that_compute_is_in_a_fingerprint(package):
+    counted = {key for stage in ENTRIES for key in definitions_of(stage, package)}
+    missing = set()
+    for file in (FOLDER / "cli").rglob("*.py"):
+        for node in ast.walk(ast.parse(file.read_bytes())):
+            if isinstance(node, ast.ImportFrom) and package.computes(str(node.module)):
+                for alias in node.names:
+                    target = package.attribute(str(node.module), alias.name)
+                    key = (target.name, WHOLE) if isinstance(target, ModuleName) else target
+                    if key not in counted:
+                        missing.add(key[0].removeprefix("softslip."))
+    assert missing == UNCOUNTED
 
 
 OTHER = {

