@@ -27,9 +27,10 @@ from softslip.config.scenario import load_scenario
 from softslip.config.stages import STAGES
 from softslip.errors import ConfigError, DatasetError, StorageError
 from softslip.files.storage import read_dataset, write_dataset
-from softslip.provenance.crate import Words, collect, files_of, write_archive, write_folder
-from softslip.provenance.crate.contents import RULES, item, wanted
+from softslip.provenance.crate import Credits, collect, files_of, write_archive, write_folder
+from softslip.provenance.crate.contents import crate_file, wanted
 from softslip.provenance.crate.graph import TERMS
+from softslip.provenance.crate.steps import STEPS
 from softslip.provenance.crate.writing import EARLIEST
 from softslip.provenance.lineage import read_product
 from softslip.provenance.verification.consistency import expected
@@ -81,7 +82,7 @@ def contents(project):
 
 @pytest.fixture(scope="module")
 def items(contents):
-    return files_of(contents, Words())
+    return files_of(contents, Credits())
 
 
 @pytest.fixture(scope="module")
@@ -261,7 +262,7 @@ def test_the_run_of_the_workflow_spans_all_jobs_and_takes_every_parameter(items,
     assert taken["channel.length"] == [0.046875]
     assert taken["recording.snapshots"] == [0.25]
     assert "recording.bulk_margin" not in taken, "it is null"
-    outputs = {each.file.name for each in contents.results if RULES[each.rule].is_output}
+    outputs = {each.file.name for each in contents.results if STEPS[each.rule].is_output}
     assert set(names(run["result"])) == outputs
     assert run["instrument"]["@id"] == entities["./"]["mainEntity"]["@id"]
 
@@ -277,17 +278,17 @@ def test_only_what_snakemake_left_a_benchmark_of_is_told_to_be_its_job(items, co
     for each in shear:
         assert entities[each.benchmark.name]["about"]["@id"] in {job["@id"] for job in done}
     by_hand = [dataclasses.replace(each, benchmark=None) for each in contents.results]
-    alone = graph(files_of(dataclasses.replace(contents, results=tuple(by_hand)), Words()))
+    alone = graph(files_of(dataclasses.replace(contents, results=tuple(by_hand)), Credits()))
     assert of_type(alone, "OrganizeAction") == of_type(alone, "ControlAction") == []
 
 
 def test_steps_are_the_rules_of_the_workflow(items):
     entities = graph(items)
     steps = names(entities["workflow/Snakefile"]["step"])
-    assert steps == [f"#{rule}" for rule in RULES]
+    assert steps == [f"#{rule}" for rule in STEPS]
     sources = "".join(path.read_text() for path in (ROOT / "workflow" / "rules").glob("*.smk"))
     rules = dict(re.findall(r"^rule (\w+):\n(.*?)(?=^rule |\Z)", sources, re.M | re.S))
-    for rule, told in RULES.items():
+    for rule, told in STEPS.items():
         assert f'"softslip {told.command} ' in rules[rule], f"{rule} calls something else"
     tools = {name for step in steps for name in names(entities[step]["workExample"])}
     assert tools == set(names(entities["workflow/Snakefile"]["hasPart"]))
@@ -296,8 +297,8 @@ def test_steps_are_the_rules_of_the_workflow(items):
         for each in entities.values()
         if each["@type"] == "CreateAction" and each["@id"] != "#workflow-run"
     } == tools
-    positions = {rule: int(entities[f"#{rule}"]["position"]) for rule in RULES}
-    for rule, told in RULES.items():
+    positions = {rule: int(entities[f"#{rule}"]["position"]) for rule in STEPS}
+    for rule, told in STEPS.items():
         assert all(positions[before] < positions[rule] for before in told.reads), rule
 
 
@@ -339,7 +340,7 @@ def changed(contents, place, **origin):
 
 def test_results_of_two_codes_have_two_tools(contents):
     places = [place for place, each in enumerate(contents.results) if each.rule == "shear"]
-    entities = graph(files_of(changed(contents, places[0], fingerprint="f" * 16), Words()))
+    entities = graph(files_of(changed(contents, places[0], fingerprint="f" * 16), Credits()))
     tools = names(entities["#shear"]["workExample"])
     assert len(tools) == 2
     used = [
@@ -350,7 +351,7 @@ def test_results_of_two_codes_have_two_tools(contents):
 
 
 def test_code_outside_a_repository_is_told_by_its_fingerprint(contents):
-    entities = graph(files_of(changed(contents, 0, commit="unknown", dirty=None), Words()))
+    entities = graph(files_of(changed(contents, 0, commit="unknown", dirty=None), Credits()))
     name = contents.results[0].file.name
     tool = entities[action_of(entities, name)["instrument"]["@id"]]
     assert tool["softwareVersion"] == contents.results[0].product.provenance["fingerprint"]
@@ -365,10 +366,10 @@ def test_the_version_of_snakemake_is_told_only_where_it_is_known(contents):
     known = contents
     for place in range(len(contents.results)):
         known = changed(known, place, lock_sha256=lock.sha256)
-    entities = graph(files_of(known, Words()))
+    entities = graph(files_of(known, Credits()))
     assert entities[language]["version"] == told
     assert "another list" not in entities["requirements.lock"]["description"]
-    entities = graph(files_of(changed(known, 0, lock_sha256="0" * 64), Words()))
+    entities = graph(files_of(changed(known, 0, lock_sha256="0" * 64), Credits()))
     assert "version" not in entities[language]
     said = entities["requirements.lock"]["description"]
     assert "1 of 14 results were made with another list" in said
@@ -382,7 +383,7 @@ def test_people_and_machines_are_named_only_if_asked_for(items, contents):
     actions = of_type(quiet, "CreateAction")
     assert not [each for each in actions if re.search(r"\bhost\b", each["description"])]
     orcid, licence = "https://orcid.org/0000-0002-1825-0097", "https://example.org/licence"
-    named = graph(files_of(contents, Words("Josiah Carberry", orcid, licence, hosts=True)))
+    named = graph(files_of(contents, Credits("Josiah Carberry", orcid, licence, hosts=True)))
     assert named[orcid]["name"] == "Josiah Carberry"
     assert named["./"]["author"] == {"@id": orcid}
     assert named["./"]["license"] == {"@id": licence}
@@ -390,7 +391,7 @@ def test_people_and_machines_are_named_only_if_asked_for(items, contents):
     for each in of_type(named, "CreateAction"):
         assert each["agent"] == {"@id": orcid}
         assert each["description"].endswith(f", host {host}") or each["@id"] == "#workflow-run"
-    nameless = graph(files_of(contents, Words("Josiah Carberry")))
+    nameless = graph(files_of(contents, Credits("Josiah Carberry")))
     assert nameless["./"]["author"] == {"@id": "#agent"}
 
 
@@ -476,7 +477,7 @@ def test_a_link_that_cannot_be_is_one_sentence(items, tmp_path, monkeypatch):
 def test_a_file_that_changes_meanwhile_is_not_taken(link, tmp_path):
     source = tmp_path / "source"
     source.write_bytes(b"before")
-    changing = item("data.nc", source)
+    changing = crate_file("data.nc", source)
     source.write_bytes(b"after!")
     where = tmp_path / "where"
     with pytest.raises(StorageError, match=r"data\.nc: has changed since it was checked"):
@@ -511,7 +512,7 @@ def test_missing_results_are_refused_unless_asked_for(own):
         collected(own)
     assert "2 of 14 results are missing (fits.nc, figures/flow_curves.png)" in str(refused.value)
     assert str(refused.value).endswith("or give --partial")
-    items = files_of(collected(own, partial=True), Words())
+    items = files_of(collected(own, partial=True), Credits())
     entities = graph(items)
     run = entities["#workflow-run"]
     assert run["actionStatus"] == "http://schema.org/FailedActionStatus"
@@ -533,7 +534,7 @@ def test_a_lost_parent_is_left_out_of_a_partial_one(own):
     contents = collected(own)
     lost = contents.results[0]
     lost.product.path.unlink()
-    entities = graph(files_of(collected(own, partial=True), Words()))
+    entities = graph(files_of(collected(own, partial=True), Credits()))
     child = next(each for each in contents.results if lost in contents.parents(each))
     assert names(action_of(entities, child.file.name)["object"]) == ["config/small.yaml"]
 
@@ -543,7 +544,7 @@ def test_the_first_results_alone_make_a_whole_graph(own):
     for path in results.iterdir():
         if path.name != "packing":
             shutil.rmtree(path) if path.is_dir() else path.unlink()
-    entities = graph(files_of(collected(own, partial=True), Words()))
+    entities = graph(files_of(collected(own, partial=True), Credits()))
     assert entities["workflow/Snakefile"]["step"] == {"@id": "#packing"}
     pointed = {name for each in entities.values() for name in references(each)}
     assert pointed - set(entities) == SPOKEN_OF
@@ -553,7 +554,7 @@ def test_the_first_results_alone_make_a_whole_graph(own):
 def test_fits_without_their_table_are_taken_for_what_they_are(own):
     for table in ("flow_curve", "creep", "profiles"):
         (results_of(own) / f"{table}.nc").unlink()
-    entities = graph(files_of(collected(own, partial=True), Words()))
+    entities = graph(files_of(collected(own, partial=True), Credits()))
     assert "object" not in action_of(entities, "results/small/fits.nc")
     assert not [each["@id"] for each in entities.values() if [] in each.values()]
 
@@ -633,7 +634,7 @@ def test_a_scenario_from_elsewhere_gets_the_place_where_its_name_is_looked_for(o
     elsewhere.parent.mkdir()
     shutil.move(own / "config" / "small.yaml", elsewhere)
     contents = collect(str(elsewhere), results_of(own), project=own)
-    items = files_of(contents, Words())
+    items = files_of(contents, Credits())
     assert "config/small.yaml" in {each.name for each in items}
     assert "elsewhere" not in text(items)
 
@@ -641,7 +642,7 @@ def test_a_scenario_from_elsewhere_gets_the_place_where_its_name_is_looked_for(o
 def test_the_preview_shows_a_description_as_text(contents):
     words = "Stresses <b>above</b> & below."
     scenario = dataclasses.replace(contents.scenario, description=words)
-    items = files_of(dataclasses.replace(contents, scenario=scenario), Words())
+    items = files_of(dataclasses.replace(contents, scenario=scenario), Credits())
     page = text(items, PREVIEW)
     assert "Stresses &lt;b&gt;above&lt;/b&gt; &amp; below." in page
     assert "<b>above" not in page

@@ -21,10 +21,8 @@ from softslip.cli import app
 from softslip.errors import DatasetError, StorageError
 from softslip.files.stamps import FIGURE
 from softslip.files.storage import read_dataset, write_dataset
-from softslip.provenance import export as module
 from softslip.provenance.attribution import Job, parents_of
 from softslip.provenance.export import (
-    SINGLE,
     Table,
     cells,
     dataset_table,
@@ -33,6 +31,8 @@ from softslip.provenance.export import (
     target_table,
     write_csv,
 )
+from softslip.provenance.export import csv_file as module
+from softslip.provenance.export.numbers import SINGLE
 
 
 def put(dataset, path, stage, parents=()):

@@ -51,7 +51,7 @@ def crate(
 ) -> None:
     """Pack a scenario's results, and what they were made with, into a Workflow Run RO-Crate."""
     from softslip.provenance.crate import (
-        Words,
+        Credits,
         check_archive,
         check_folder,
         collect,
@@ -61,7 +61,7 @@ def crate(
     )
 
     _check_options(data, folder, archive, agent, licence)
-    words = Words(agent, _orcid(orcid, agent), licence, hosts)
+    credits = Credits(agent, _orcid(orcid, agent), licence, hosts)
     # What cannot be written is refused before everything is read.
     if archive is not None:
         check_archive(archive)
@@ -73,7 +73,7 @@ def crate(
         top = top.resolve() if top.name in ("", "..") else top
         folder = top.with_name(f"{top.name}.crate")
         check_folder(folder)
-    items = files_of(contents, words)
+    items = files_of(contents, credits)
     if folder is not None:
         write_folder(items, folder, link=data == "link")
     if archive is not None:

@@ -43,7 +43,7 @@ def gather(
     table: TableName, scenario: ScenarioName, output: Output, results: Results = None
 ) -> None:
     """Gather the finished runs of a scenario into one dataset."""
-    from softslip.provenance.catalogue.tables import check_table, gather_table
+    from softslip.provenance.catalogue.gathering import check_table, gather_table
 
     check_table(table)
     loaded = load_scenario(scenario)

@@ -135,7 +135,8 @@ def _first(sentences: Sequence[str], every: bool) -> list[str]:
 def _subject(found: "Trace", every: bool) -> Iterator[str]:
     """Yield what the target is, and its values."""
     from softslip.provenance.tracing.contributions import fit_message
-    from softslip.provenance.tracing.targets import measured, with_error
+    from softslip.provenance.tracing.targets import measured
+    from softslip.provenance.tracing.wording import with_error
 
     root, values = found.nodes[0], found.values
     if values is None:
@@ -154,7 +155,7 @@ def _subject(found: "Trace", every: bool) -> Iterator[str]:
 
 
 def _at(coordinates: Any) -> str:
-    from softslip.provenance.tracing.origins import shown
+    from softslip.provenance.tracing.wording import shown
 
     return ", ".join(f"{name} {shown(value)}" for name, value in coordinates.items())
 
@@ -215,7 +216,7 @@ def _seeds(origin: "JointProvenance") -> str:
 
 def _facts(origin: "JointProvenance") -> Iterator[str]:
     """Yield commits, hosts, effort, restarts and dates."""
-    from softslip.provenance.tracing.origins import listed
+    from softslip.provenance.tracing.wording import listed
 
     yield f"{'commits' if len(origin.commits) > 1 else 'commit'} {listed(origin.commits)}"
     yield f"{'hosts' if len(origin.hosts) > 1 else 'host'} {listed(origin.hosts)}"
@@ -224,7 +225,7 @@ def _facts(origin: "JointProvenance") -> Iterator[str]:
 
 def _work(origin: "JointProvenance") -> Iterator[str]:
     """Yield effort, restarts and dates."""
-    from softslip.provenance.tracing.origins import effort
+    from softslip.provenance.tracing.wording import effort
 
     yield effort(origin.core_seconds)
     if origin.restarts:
@@ -236,7 +237,8 @@ def _work(origin: "JointProvenance") -> Iterator[str]:
 
 def _own_facts(found: "Trace", nodes: Sequence["Node"]) -> str:
     """Return what is not the same for all: code, effort, and commits and hosts if they differ."""
-    from softslip.provenance.tracing.origins import joint_provenance, listed
+    from softslip.provenance.tracing.origins import joint_provenance
+    from softslip.provenance.tracing.wording import listed
 
     whole = joint_provenance(found.products)
     own = joint_provenance(node.product for node in nodes if node.product is not None)
@@ -277,7 +279,7 @@ def _reason(part: "Part") -> str:
 def _headline(found: "Trace", group: "Group") -> str:
     """Return a group in one line."""
     from softslip.provenance.archive import FOUND
-    from softslip.provenance.tracing.origins import listed
+    from softslip.provenance.tracing.wording import listed
 
     count, first = len(group.nodes), group.nodes[0]
     if count == 1:

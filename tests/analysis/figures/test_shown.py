@@ -18,7 +18,7 @@ from softslip.analysis.figures.membranes import PARTICLE
 from softslip.analysis.figures.shown import Quantity, show, shown
 from softslip.analysis.fits import fit_laws
 from softslip.analysis.observables import creep, flow_curve, mean_over_seeds, profiles
-from softslip.provenance.export import FIGURES
+from softslip.files.products import FIGURES
 from softslip.studies.tradeoff.table import gather
 
 GAPS = {(0.15, 0.59, 1), (0.3, 0.59, 1), (0.3, 0.59, 2)}

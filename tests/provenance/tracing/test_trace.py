@@ -33,7 +33,6 @@ from softslip.provenance.tracing.targets import (
     _nearest,
     find_values,
     read_target,
-    with_error,
 )
 from softslip.provenance.tracing.trace import (
     Node,
@@ -41,6 +40,7 @@ from softslip.provenance.tracing.trace import (
     results_folder,
     trace,
 )
+from softslip.provenance.tracing.wording import with_error
 
 
 @pytest.fixture(scope="module")

@@ -25,6 +25,7 @@ from softslip.errors import ConfigError, DatasetError
 from softslip.files.storage import read_dataset
 from softslip.messages import brief, file_text
 from softslip.provenance.catalogue.conditions import MISSING, Condition, parse
+from softslip.provenance.catalogue.gathering import TableName, check_table, gather_table
 from softslip.provenance.catalogue.runs import (
     BY_BEGINNING,
     DONE,
@@ -35,7 +36,6 @@ from softslip.provenance.catalogue.runs import (
     label_paths,
     shared_leaves,
 )
-from softslip.provenance.catalogue.tables import TableName, check_table, gather_table
 from softslip.provenance.trees import nested_tree
 
 KEY_PARAMETERS = ("stress", "imposed_shear_rate", "roughness", "wall_separation", "seed")

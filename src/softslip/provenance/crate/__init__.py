@@ -2,7 +2,7 @@
 
 from softslip.provenance.crate.contents import Contents, collect
 from softslip.provenance.crate.entities import files_of
-from softslip.provenance.crate.graph import Words
+from softslip.provenance.crate.graph import Credits
 from softslip.provenance.crate.writing import (
     check_archive,
     check_folder,
@@ -12,7 +12,7 @@ from softslip.provenance.crate.writing import (
 
 __all__ = [
     "Contents",
-    "Words",
+    "Credits",
     "check_archive",
     "check_folder",
     "collect",

@@ -4,7 +4,7 @@ from typing import Any
 
 from softslip.config.fields import value_at
 from softslip.config.stages import STAGES, stage_paths
-from softslip.provenance.crate.contents import RULES, Result
+from softslip.provenance.crate.contents import Result
 from softslip.provenance.crate.graph import (
     MAIN,
     Graph,
@@ -14,7 +14,8 @@ from softslip.provenance.crate.graph import (
     unless_none,
     value_id,
 )
-from softslip.provenance.crate.plan import add_engine, add_tool
+from softslip.provenance.crate.steps import STEPS
+from softslip.provenance.crate.workflow import add_engine, add_tool
 
 RUN = "#workflow-run"
 DONE, FAILED = "http://schema.org/CompletedActionStatus", "http://schema.org/FailedActionStatus"
@@ -47,7 +48,7 @@ def add_result(graph: Graph, result: Result) -> None:
 def _examples(graph: Graph, result: Result) -> list[dict[str, str]]:
     """Return the parameters that a result was a value of."""
     names = [f"#{result.rule}/output"]
-    if RULES[result.rule].is_output:
+    if STEPS[result.rule].is_output:
         names.append(f"#output/{result.rule}")
     names += [f"#{rule}/parent" for rule in graph.readers.get(result.file.name, [])]
     return [{"@id": name} for name in names]
@@ -73,7 +74,7 @@ def _add_action(graph: Graph, result: Result) -> dict[str, str]:
             value=str(spent),
         )
     read = [{"@id": each.file.name} for each in graph.contents.parents(result)]
-    if RULES[result.rule].takes_scenario:
+    if STEPS[result.rule].takes_scenario:
         read.append({"@id": graph.contents.scenario_file.name})
     read += _varied_values(graph, result)
     return graph.entity(
@@ -96,14 +97,14 @@ def _circumstances(graph: Graph, result: Result) -> str:
     """Return the settings of a job and the machine that it was done on."""
     origin = result.product.provenance
     parts = [
-        f"softslip {RULES[result.rule].command}",
+        f"softslip {STEPS[result.rule].command}",
         _counted(origin.get("threads"), "thread"),
         _counted(origin.get("restarts"), "restart"),
         f"seed {origin['seed']}" if "seed" in origin else "",
         str(origin.get("processor", "")),
         _counted(origin.get("cores"), "core"),
         str(origin.get("system", "")),
-        f"host {origin['host']}" if graph.words.hosts and "host" in origin else "",
+        f"host {origin['host']}" if graph.credits.hosts and "host" in origin else "",
     ]
     return ", ".join(filter(None, parts))
 
@@ -133,7 +134,7 @@ def add_run(graph: Graph) -> None:
     settings = [
         {"@id": each.name} for each in graph.contents.others if each.name.startswith("profiles/")
     ]
-    made = [{"@id": each.file.name} for each in results if RULES[each.rule].is_output]
+    made = [{"@id": each.file.name} for each in results if STEPS[each.rule].is_output]
     gaps = graph.contents.gaps
     run = graph.entity(
         RUN,

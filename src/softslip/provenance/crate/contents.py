@@ -8,58 +8,20 @@ from pathlib import Path, PurePosixPath
 
 from softslip.config.scenario import FOLDER, Scenario, load_scenario
 from softslip.errors import ConfigError, DatasetError
-from softslip.files.layout import DATASET
 from softslip.files.products import Wanted, wanted
 from softslip.files.stamps import FIGURE, check_figure
 from softslip.files.storage import read_dataset
 from softslip.messages import brief, file_text
+from softslip.provenance.archive import usual_place
 from softslip.provenance.attribution import ROOT
 from softslip.provenance.lineage import Parent, Product, read_product
-
-
-@dataclass(frozen=True)
-class Rule:
-    """A step of the workflow, by the name of its rule.
-
-    Attributes
-    ----------
-    command
-        What it calls.
-    purpose
-        What it does, for people.
-    reads
-        The rules whose results it reads.
-    takes_scenario
-        Whether it reads the scenario too.
-    is_output
-        Whether its results are what the workflow is run for, not only what later steps need.
-    """
-
-    command: str
-    purpose: str
-    reads: tuple[str, ...] = ()
-    takes_scenario: bool = False
-    is_output: bool = True
-
-
-RULES: Mapping[str, Rule] = {
-    "packing": Rule("packing", "Packs discs with LAMMPS", (), True, False),
-    "expansion": Rule("expansion", "Grows discs into membranes", ("packing",), True, False),
-    "ageing": Rule("ageing", "Relaxes membranes at zero stress", ("expansion",), True, False),
-    "shear": Rule("shear", "Shears an aged packing", ("ageing",), True),
-    "gather": Rule("gather", "Gathers the runs of the scenario into a table", ("shear",), True),
-    "fit": Rule("fit", "Fits flow and slip laws to the flow curve", ("gather",)),
-    "figure": Rule("draw", "Draws a figure from tables", ("gather", "fit")),
-    "snapshot": Rule("draw", "Draws the particles of a run", ("shear",)),
-}
-"""Steps of the workflow, each after those whose results it reads."""
 
 MOST_NAMED = 3
 """Missing results that a sentence names; of more it says the number."""
 
 
 @dataclass(frozen=True)
-class Item:
+class CrateFile:
     """A file of the research object.
 
     Attributes
@@ -80,7 +42,7 @@ class Item:
     sha256: str
 
 
-def item(name: str, source: Path | bytes) -> Item:
+def crate_file(name: str, source: Path | bytes) -> CrateFile:
     """Return a file of the research object with its size and digest.
 
     Raises
@@ -89,11 +51,11 @@ def item(name: str, source: Path | bytes) -> Item:
         When it cannot be read.
     """
     if isinstance(source, bytes):
-        return Item(name, source, len(source), hashlib.sha256(source).hexdigest())
+        return CrateFile(name, source, len(source), hashlib.sha256(source).hexdigest())
     try:
         with source.open("rb") as file:
             digest = hashlib.file_digest(file, "sha256").hexdigest()
-        return Item(name, source, source.stat().st_size, digest)
+        return CrateFile(name, source, source.stat().st_size, digest)
     except OSError as error:
         raise DatasetError(f"{file_text(source)}: cannot be read ({error.strerror})") from error
 
@@ -122,8 +84,8 @@ class Result:
 
     wanted: Wanted
     product: Product
-    file: Item
-    benchmark: Item | None
+    file: CrateFile
+    benchmark: CrateFile | None
 
     @property
     def rule(self) -> str:
@@ -152,8 +114,8 @@ class Contents:
     scenario: Scenario
     results: tuple[Result, ...]
     missing: tuple[str, ...]
-    scenario_file: Item
-    others: tuple[Item, ...]
+    scenario_file: CrateFile
+    others: tuple[CrateFile, ...]
 
     @cached_property
     def by_work(self) -> Mapping[tuple[str, str], Result]:
@@ -214,7 +176,7 @@ def collect(
     top = f"results/{scenario.name}"
     path = Path(name_or_path)
     path = path if path.suffix == ".yaml" else FOLDER / f"{name_or_path}.yaml"
-    scenario_file = item(f"{FOLDER}/{scenario.name}.yaml", path)
+    scenario_file = crate_file(f"{FOLDER}/{scenario.name}.yaml", path)
     others = [each for each in _project_files(project) if each.name != scenario_file.name]
     absent = frozenset(missing)
     found = [_checked(each, folder, top) for each in every if each.name not in absent]
@@ -227,20 +189,20 @@ def collect(
 def _checked(each: Wanted, folder: Path, top: str) -> Result:
     """Read a result and make sure that it is what its name says, and whole."""
     path = folder / each.name
-    file = item(f"{top}/{each.name}", path)
+    file = crate_file(f"{top}/{each.name}", path)
     if each.stage == FIGURE:
         check_figure(path)
     else:
         read_dataset(path, stage=each.stage, run=each.run)
     product = read_product(path)
-    claims = {"stage": (product.stage, each.stage), "run": (product.run, each.run)}
+    names = {"stage": (product.stage, each.stage), "run": (product.run, each.run)}
     if each.stage == FIGURE:
         # Which figure it is, only its title says.
         stem = PurePosixPath(each.name).stem
-        claims["title"] = (product.title, stem if each.rule == "figure" else each.rule)
-    for key, (told, due) in claims.items():
-        if told != due:
-            raise DatasetError(f"{file_text(path)}: is of {key} {told!r}, not {due!r}")
+        names["title"] = (product.title, stem if each.rule == "figure" else each.rule)
+    for key, (stated, due) in names.items():
+        if stated != due:
+            raise DatasetError(f"{file_text(path)}: is of {key} {stated!r}, not {due!r}")
     for key in ("started", "ended", "fingerprint", "environment"):
         if key not in product.provenance:
             raise DatasetError(
@@ -248,7 +210,7 @@ def _checked(each: Wanted, folder: Path, top: str) -> Result:
                 "it and make it again"
             )
     noted = folder / each.benchmark
-    benchmark = item(f"{top}/{each.benchmark}", noted) if noted.is_file() else None
+    benchmark = crate_file(f"{top}/{each.benchmark}", noted) if noted.is_file() else None
     return Result(each, product, file, benchmark)
 
 
@@ -277,11 +239,10 @@ def _check_parents(contents: Contents, result: Result) -> None:
 
 def _is_missing(contents: Contents, parent: Parent) -> bool:
     """Return whether a parent is a result of the scenario that is not there."""
-    places = (f"{parent.stage}/{parent.run}{DATASET}", f"{parent.stage}{DATASET}")
-    return any(place in contents.missing for place in places)
+    return usual_place(parent.stage, parent.run) in contents.missing
 
 
-def _project_files(project: Path) -> Iterator[Item]:
+def _project_files(project: Path) -> Iterator[CrateFile]:
     """Yield the workflow, its settings, and what belongs to the code: lock, licence, citation."""
     if not (project / "workflow" / "Snakefile").is_file():
         raise ConfigError(
@@ -295,10 +256,10 @@ def _project_files(project: Path) -> Iterator[Item]:
     names += [path.as_posix() for path in inside if _is_source(project, path)]
     for name in sorted(names):
         if (project / name).is_file():
-            yield item(name, project / name)
+            yield crate_file(name, project / name)
     for name in ("CITATION.cff", "LICENSE", "requirements.lock"):
         if (ROOT / name).is_file():
-            yield item(name, ROOT / name)
+            yield crate_file(name, ROOT / name)
 
 
 def _is_source(project: Path, path: Path) -> bool:

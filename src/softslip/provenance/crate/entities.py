@@ -12,9 +12,10 @@ from rocrate.model.preview import Preview
 from rocrate.rocrate import ROCrate
 
 from softslip.provenance.crate.actions import add_result, add_run
-from softslip.provenance.crate.contents import RULES, Contents, Item, item
-from softslip.provenance.crate.graph import LOCK, MAIN, Graph, Words, one_or_all, time_of
-from softslip.provenance.crate.plan import add_parameters, add_step, add_workflow
+from softslip.provenance.crate.contents import Contents, CrateFile, crate_file
+from softslip.provenance.crate.graph import LOCK, MAIN, Credits, Graph, one_or_all, time_of
+from softslip.provenance.crate.steps import STEPS
+from softslip.provenance.crate.workflow import add_parameters, add_step, add_workflow
 
 PROFILES: Mapping[str, tuple[str, str]] = {
     "https://w3id.org/ro/wfrun/process/0.5": ("Process Run Crate", "0.5"),
@@ -27,25 +28,25 @@ PROFILES: Mapping[str, tuple[str, str]] = {
 LOCK_FORMAT = "https://pip.pypa.io/en/stable/reference/requirements-file-format/"
 
 
-def files_of(contents: Contents, words: Words) -> list[Item]:
+def files_of(contents: Contents, credits: Credits) -> list[CrateFile]:
     """Return all files of a research object, its metadata and preview first.
 
-    The same contents and words give the same bytes.
+    The same contents and credits give the same bytes.
 
     Parameters
     ----------
     contents
         What goes into it, see `provenance.crate.contents.collect`.
-    words
+    credits
         What people say of it.
     """
-    readme = item("README.md", _readme(contents).encode())
-    crate = _described(contents, words, readme)
+    readme = crate_file("README.md", _readme(contents).encode())
+    crate = _described(contents, credits, readme)
     described = b"".join(chunk for _, chunk in crate.metadata.stream())
     results = [part for each in contents.results for part in (each.file, each.benchmark) if part]
     return [
-        item("ro-crate-metadata.json", described + b"\n"),
-        item(Preview.BASENAME, _preview(crate).encode()),
+        crate_file("ro-crate-metadata.json", described + b"\n"),
+        crate_file(Preview.BASENAME, _preview(crate).encode()),
         readme,
         contents.scenario_file,
         *contents.others,
@@ -90,9 +91,9 @@ def _preview(crate: ROCrate) -> str:
     return page.rstrip() + "\n"
 
 
-def _described(contents: Contents, words: Words, readme: Item) -> ROCrate:
+def _described(contents: Contents, credits: Credits, readme: CrateFile) -> ROCrate:
     """Return the crate with all its entities."""
-    graph = Graph(contents, words)
+    graph = Graph(contents, credits)
     graph.crate.add(Preview(graph.crate))
     _describe_root(graph)
     _add_project(graph, readme)
@@ -121,16 +122,16 @@ def _describe_root(graph: Graph) -> None:
     root["name"] = f"Results of the scenario {scenario.name}"
     root["description"] = " ".join(filter(None, sentences))
     root["datePublished"] = max(time_of(each, "ended") for each in graph.contents.results)
-    root["license"] = graph.licence(graph.words.licence)
+    root["license"] = graph.licence(graph.credits.licence)
     root["conformsTo"] = [
         graph.entity(address, "CreativeWork", name=name, version=version)
         for address, (name, version) in PROFILES.items()
     ]
-    if graph.words.agent:
+    if graph.credits.agent:
         root["author"] = graph.agent()
 
 
-def _add_project(graph: Graph, readme: Item) -> None:
+def _add_project(graph: Graph, readme: CrateFile) -> None:
     """Add the workflow and all other files that no action made."""
     add_workflow(graph)
     graph.file(readme, name="README", about={"@id": "./"})
@@ -141,7 +142,7 @@ def _add_project(graph: Graph, readme: Item) -> None:
         exampleOfWork=one_or_all(
             [
                 {"@id": "#input/scenario"},
-                *({"@id": f"#{r}/scenario"} for r in graph.rules if RULES[r].takes_scenario),
+                *({"@id": f"#{r}/scenario"} for r in graph.rules if STEPS[r].takes_scenario),
             ]
         ),
     )
@@ -152,7 +153,7 @@ def _add_project(graph: Graph, readme: Item) -> None:
             graph.file(each)
 
 
-def _add_lock(graph: Graph, lock: Item) -> None:
+def _add_lock(graph: Graph, lock: CrateFile) -> None:
     differ = sum(
         each.product.provenance.get("lock_sha256") != lock.sha256 for each in graph.contents.results
     )

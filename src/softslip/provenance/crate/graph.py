@@ -15,7 +15,8 @@ from rocrate.rocrate import ROCrate
 from softslip.config.fields import all_fields, value_at
 from softslip.config.parameters import Parameters
 from softslip.config.stages import STAGES
-from softslip.provenance.crate.contents import RULES, Contents, Item, Result
+from softslip.provenance.crate.contents import Contents, CrateFile, Result
+from softslip.provenance.crate.steps import STEPS
 
 VERSION = "1.1"
 """Of RO-Crate: the one that the profiles build on."""
@@ -58,7 +59,7 @@ LOCK = "requirements.lock"
 
 
 @dataclass(frozen=True)
-class Words:
+class Credits:
     """What people may add to the metadata.
 
     Attributes
@@ -84,7 +85,7 @@ class Graph:
     ----------
     contents
         What goes into the research object.
-    words
+    credits
         What people say of it.
 
     Attributes
@@ -99,13 +100,13 @@ class Graph:
         The runs of each stage by their identity.
     """
 
-    def __init__(self, contents: Contents, words: Words) -> None:
+    def __init__(self, contents: Contents, credits: Credits) -> None:
         self.contents = contents
-        self.words = words
+        self.credits = credits
         self.crate = ROCrate(version=VERSION)
         self.crate.metadata.extra_terms.update(TERMS)
         rules = {each.rule for each in contents.results}
-        self.rules = [rule for rule in RULES if rule in rules]
+        self.rules = [rule for rule in STEPS if rule in rules]
         self.varied = _varied(contents)
         self.runs = {stage: contents.scenario.stage_table(stage) for stage in STAGES}
 
@@ -116,7 +117,7 @@ class Graph:
             self.crate.add(ContextEntity(self.crate, identifier, properties=told))
         return {"@id": identifier}
 
-    def file(self, each: Item, **properties: Any) -> dict[str, str]:
+    def file(self, each: CrateFile, **properties: Any) -> dict[str, str]:
         """Add a file, and return a reference to it."""
         suffix = PurePosixPath(each.name).suffix
         told = {
@@ -131,12 +132,12 @@ class Graph:
 
     def agent(self) -> dict[str, str]:
         """Add who ran the workflow, and return a reference to that person."""
-        identifier = self.words.orcid or "#agent"
-        return self.entity(identifier, "Person", name=self.words.agent)
+        identifier = self.credits.orcid or "#agent"
+        return self.entity(identifier, "Person", name=self.credits.agent)
 
     def by_agent(self) -> dict[str, Any]:
         """Return what an action says of who did it, nothing where nobody is to be named."""
-        return {"agent": self.agent()} if self.words.agent else {}
+        return {"agent": self.agent()} if self.credits.agent else {}
 
     def licence(self, address: str = "") -> dict[str, str]:
         """Add a licence, by default that of the software, and return a reference to it."""

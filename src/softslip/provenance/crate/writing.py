@@ -12,7 +12,7 @@ from typing import IO
 from softslip.errors import ConfigError, StorageError
 from softslip.files.storage import replacing
 from softslip.messages import brief, file_text
-from softslip.provenance.crate.contents import Item
+from softslip.provenance.crate.contents import CrateFile
 
 CHUNK = 1 << 20
 """How much is copied at once [byte]."""
@@ -52,7 +52,7 @@ def check_archive(path: Path) -> None:
             raise ConfigError("zip", brief(str(path)), limit, "give a file such as demo.zip")
 
 
-def write_folder(items: list[Item], folder: Path, *, link: bool = False) -> None:
+def write_folder(items: list[CrateFile], folder: Path, *, link: bool = False) -> None:
     """Write a research object as a folder.
 
     It is put together under a temporary name beside its own.
@@ -92,7 +92,7 @@ def write_folder(items: list[Item], folder: Path, *, link: bool = False) -> None
             shutil.rmtree(temporary, ignore_errors=True)
 
 
-def _put(each: Item, path: Path, link: bool) -> None:
+def _put(each: CrateFile, path: Path, link: bool) -> None:
     if link and isinstance(each.source, Path):
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
@@ -110,7 +110,7 @@ def _put(each: Item, path: Path, link: bool) -> None:
         _copy(each, file)
 
 
-def write_archive(items: list[Item], path: Path) -> None:
+def write_archive(items: list[CrateFile], path: Path) -> None:
     """Write a research object as a ZIP archive; the same contents give the same bytes.
 
     Its members are in the order of their names, with `EARLIEST` as their time, and stored as they
@@ -136,7 +136,7 @@ def write_archive(items: list[Item], path: Path) -> None:
                 _copy(each, file)
 
 
-def _copy(each: Item, file: IO[bytes]) -> None:
+def _copy(each: CrateFile, file: IO[bytes]) -> None:
     """Write an item's bytes."""
     digest = hashlib.sha256()
     for chunk in _chunks(each.source):
@@ -154,6 +154,6 @@ def _chunks(source: Path | bytes) -> Iterator[bytes]:
             yield chunk
 
 
-def _check(each: Item, digest: str) -> None:
+def _check(each: CrateFile, digest: str) -> None:
     if digest != each.sha256:
         raise StorageError(f"{each.name}: has changed since it was checked; start again")

@@ -13,9 +13,6 @@ from softslip.provenance.trees import value_in
 CHANGED = "*"
 """Mark of a commit whose code had been changed without committing."""
 
-LONG = 360.0
-"""Processor time from which it is told in hours [s]."""
-
 COMMIT_DIGITS = 7
 """Digits of a commit that are shown."""
 
@@ -77,28 +74,6 @@ def _commit(provenance: Mapping[str, Any]) -> str:
     commit = str(provenance.get("commit", UNKNOWN))
     short = commit if commit == UNKNOWN else commit[:COMMIT_DIGITS]
     return short + CHANGED * bool(provenance.get("dirty"))
-
-
-def listed(values: Iterable[Any], most: int = 3) -> str:
-    """Return values in few words: all of them, or the first and the last, and how many."""
-    found = sorted(set(values), key=lambda each: (isinstance(each, str), each))
-    if len(found) <= most:
-        return ", ".join(map(shown, found))
-    if isinstance(found[-1], str):
-        return f"{len(found)} different"
-    return f"{shown(found[0])} to {shown(found[-1])} ({len(found)})"
-
-
-def shown(value: Any) -> str:
-    """Return a number or word as people read and write it."""
-    return f"{value:g}" if isinstance(value, float) else str(value)
-
-
-def effort(core_seconds: float) -> str:
-    """Return processor time in the unit that suits it."""
-    if core_seconds < LONG:
-        return f"{core_seconds:.3g} core-seconds"
-    return f"{core_seconds / 3600:.3g} core-hours"
 
 
 def swept_values(products: Sequence[Product]) -> list[dict[str, Any]]:

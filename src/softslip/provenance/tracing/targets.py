@@ -17,7 +17,7 @@ from softslip.files.layout import DATASET
 from softslip.files.storage import read_dataset
 from softslip.messages import brief, file_text
 from softslip.provenance.lineage import Product, read_product
-from softslip.provenance.tracing.origins import shown
+from softslip.provenance.tracing.wording import shown, with_error
 
 SAME_NUMBER = 5e-6
 """Largest relative difference of a number from the coordinate that it names: that of six digits,
@@ -160,6 +160,26 @@ class Values:
             yield {**self.coordinates, **at}, plain(data.values[place]), spread
 
 
+def measured(values: Values) -> str:
+    """Return a value with its error and unit, or the range and number of several."""
+    cells = list(values.cells())
+    if len(cells) == 1:
+        ((_, value, error),) = cells
+        return with_error(value, error) + f" {values.units}" * bool(
+            values.units and value is not None
+        )
+    known = [value for _, value, _ in cells if value is not None]
+    unknown = len(cells) - len(known)
+    tail = f", {unknown} unknown" if unknown else ""
+    if not known or isinstance(known[0], bool | str):
+        counts = Counter(map(with_error, known))
+        told = ", ".join(f"{count} {word}" for word, count in sorted(counts.items()))
+        return f"{len(cells)} values: {told or 'none known'}"
+    return (
+        f"{len(cells)} values from {min(known):g} to {max(known):g} {values.units}".strip() + tail
+    )
+
+
 def plain(value: Any) -> Any:
     """Return a number, flag or word as JSON has it, None for a number that is not finite."""
     value = value.item() if isinstance(value, np.generic | np.ndarray) else value
@@ -266,38 +286,3 @@ def _nearest(values: list[Any], text: str) -> int | None:
         if away <= allowed and (best is None or away < best[0]):
             best = away, place
     return None if best is None else best[1]
-
-
-def measured(values: Values) -> str:
-    """Return a value with its error and unit, or the range and number of several."""
-    cells = list(values.cells())
-    if len(cells) == 1:
-        ((_, value, error),) = cells
-        return with_error(value, error) + f" {values.units}" * bool(
-            values.units and value is not None
-        )
-    known = [value for _, value, _ in cells if value is not None]
-    unknown = len(cells) - len(known)
-    tail = f", {unknown} unknown" if unknown else ""
-    if not known or isinstance(known[0], bool | str):
-        counts = Counter(map(with_error, known))
-        told = ", ".join(f"{count} {word}" for word, count in sorted(counts.items()))
-        return f"{len(cells)} values: {told or 'none known'}"
-    return (
-        f"{len(cells)} values from {min(known):g} to {max(known):g} {values.units}".strip() + tail
-    )
-
-
-def with_error(value: Any, error: Any = None) -> str:
-    """Return a value to two digits of its error, to six where that is not known."""
-    if value is None:
-        return "unknown"
-    if isinstance(value, bool):
-        return str(value).lower()
-    if not isinstance(value, float):
-        return str(value)
-    if not isinstance(error, float) or not 0 < error < math.inf:
-        return f"{value:g}" if error is None else f"{value:g} ± {error:g}"
-    # No more than a number holds, and the error's first digit where it is larger than the value.
-    digits = math.floor(math.log10(max(abs(value), error))) - math.floor(math.log10(error)) + 2
-    return f"{value:#.{min(digits, 15)}g} ± {error:#.2g}".replace(". ", " ").removesuffix(".")

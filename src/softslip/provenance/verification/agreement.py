@@ -1,26 +1,27 @@
 """A result and its rerun: equal, equal within stated tolerances, or different."""
 
-import re
 from collections.abc import Hashable, Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from PIL import Image
 
 from softslip.files.layout import DATASET
 from softslip.files.stamps import check_figure
 from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST, VOLATILE, read_dataset
 from softslip.provenance.lineage import Product, read_product
+from softslip.provenance.verification.pictures import drawing, figure_differences
 from softslip.provenance.verification.tolerances import (
     EARLY_STRAIN,
     EXACT,
     GROWN,
     MEASURED,
     TOLERANCES,
+    Difference,
     Tolerance,
+    different,
 )
 from softslip.solver.geometry import BoolArray, FloatArray
 
@@ -46,46 +47,6 @@ EFFORT = ("steps", "evaluations", "rejections")
 
 RELEASE = ("source", "product_version")
 """Attributes that name the release."""
-
-PIXELS = 0.01
-"""Share of a figure's pixels that may differ: another release of the font's renderer shifts
-letters by a part of a pixel."""
-
-CONTRAST = 32
-"""Difference of a colour, of 255, from which a pixel counts as different."""
-
-_SVG_LABELS = re.compile(rb"<dc:description>.*?</dc:description>", re.DOTALL)
-_PDF_LABELS = b"/Subject "
-
-
-@dataclass(frozen=True)
-class Difference:
-    """One quantity of a result, compared.
-
-    Attributes
-    ----------
-    name
-        Of a variable or attribute, with what was compared of it.
-    difference, tolerance
-        Found and allowed, over the quantity's scale.
-    reason
-        Of the tolerance.
-    """
-
-    name: str
-    difference: float
-    tolerance: float
-    reason: str
-
-    @property
-    def fits(self) -> bool:
-        """Whether the difference is allowed."""
-        return self.difference <= self.tolerance
-
-    def as_mapping(self) -> dict[str, Any]:
-        """Return it as JSON has it: no difference is larger than that of different things."""
-        finite = self.difference if np.isfinite(self.difference) else None
-        return asdict(self) | {"difference": finite, "fits": self.fits}
 
 
 @dataclass(frozen=True)
@@ -133,9 +94,9 @@ def compare(recorded: Path, again: Path) -> Agreement:
         labels = check_figure(recorded), check_figure(again)
         # Of a figure that has no pixels the digest is of those that it was drawn with.
         same = labels[0][CONTENT_DIGEST] == labels[1][CONTENT_DIGEST]
-        same = same and _drawing(recorded) == _drawing(again)
+        same = same and drawing(recorded) == drawing(again)
         other = _other(products, False)
-        found = [] if same else list(_figure_quantities(recorded, again, labels))
+        found = [] if same else list(figure_differences(recorded, again, labels))
     if same:
         return Agreement(EQUAL, other, ())
     ordered = sorted(found, key=lambda each: (each.fits, -each.difference, each.name))
@@ -169,11 +130,11 @@ def _number_quantities(first: xr.Dataset, second: xr.Dataset) -> Iterator[Differ
     """Compare the variables of two datasets of the same run."""
     for name in sorted(map(str, {*first.variables, *second.variables})):
         if name not in first.variables or name not in second.variables:
-            yield _different(f"{name} (is in one of them only)")
+            yield different(f"{name} (is in one of them only)")
             continue
         ours, theirs = first[name], second[name]
         if ours.dims != theirs.dims or ours.shape != theirs.shape or _kind(ours) != _kind(theirs):
-            yield _different(f"{name} (its dimensions or type)")
+            yield different(f"{name} (its dimensions or type)")
         elif ours.dtype.kind != "f":
             yield Difference(name, _unequal(ours, theirs), EXACT.tolerance, EXACT.reason)
         else:
@@ -196,11 +157,7 @@ def _attributes(
         # As text, in which a fill value that is no number is like itself.
         ours, theirs = (repr(np.asarray(each.get(key)).tolist()) for each in (first, second))
         if ours != theirs:
-            yield _different(f"{prefix}{key} (attribute)")
-
-
-def _different(name: str) -> Difference:
-    return Difference(name, np.inf, EXACT.tolerance, EXACT.reason)
+            yield different(f"{prefix}{key} (attribute)")
 
 
 def _unequal(first: xr.DataArray, second: xr.DataArray) -> float:
@@ -288,39 +245,3 @@ def _batches(values: FloatArray, width: FloatArray) -> FloatArray:
     """Return the means of up to `BATCHES` stretches of a series, weighted by their intervals."""
     parts = np.array_split(np.arange(len(values)), min(BATCHES, len(values)))
     return np.array([np.average(values[part], axis=0, weights=width[part]) for part in parts])
-
-
-def _figure_quantities(
-    recorded: Path, again: Path, labels: tuple[dict[str, Any], dict[str, Any]]
-) -> Iterator[Difference]:
-    """Compare the labels and what can be seen of two figures."""
-    passing = (*VOLATILE, CONTENT_DIGEST, RECORD_DIGEST)
-    first, second = labels
-    for key in sorted({*first, *second} - set(passing)):
-        if first.get(key) != second.get(key):
-            yield _different(f"{key} (label)")
-    if recorded.suffix == ".png":
-        yield _pixels(recorded, again)
-    elif _drawing(recorded) != _drawing(again):
-        yield _different("drawing")
-
-
-def _pixels(recorded: Path, again: Path) -> Difference:
-    images = []
-    for path in (recorded, again):
-        with Image.open(path) as image:
-            images.append(np.asarray(image.convert("RGBA"), dtype=np.int16))
-    ours, theirs = images
-    if ours.shape != theirs.shape:
-        return _different("size")
-    share = float((np.abs(ours - theirs).max(axis=-1) >= CONTRAST).mean())
-    return Difference("pixels", share, PIXELS, "letters drawn by another release of their renderer")
-
-
-def _drawing(path: Path) -> bytes:
-    """Return what a drawing is without its labels; nothing of one that is made of pixels."""
-    content = path.read_bytes()
-    if path.suffix == ".svg":
-        return _SVG_LABELS.sub(b"", content)
-    # The labels are in the last object; after it only come the places of all objects.
-    return content.rpartition(_PDF_LABELS)[0] if path.suffix == ".pdf" else b""

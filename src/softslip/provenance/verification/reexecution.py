@@ -25,8 +25,9 @@ from softslip.messages import file_text
 from softslip.provenance.archive import Archive
 from softslip.provenance.fingerprints import fingerprint
 from softslip.provenance.lineage import Product
-from softslip.provenance.verification.agreement import DIFFERS, Agreement, Difference, compare
+from softslip.provenance.verification.agreement import DIFFERS, Agreement, compare
 from softslip.provenance.verification.survey import Verdict, Verification
+from softslip.provenance.verification.tolerances import Difference
 from softslip.simulation.checkpoint import SUFFIX, read_header
 
 WHOLE, STRETCH = "whole", "last stretch"

@@ -7,7 +7,10 @@ unit in the last place; each `Tolerance` says why it is as it is.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
 
 EARLY_STRAIN = 0.5
 """Strain up to which two runs stay together: differences of rounding grew about tenfold for each
@@ -91,3 +94,38 @@ MEASURED = {
     "smallest_distance_over_contact_length": 1e-4,
 }
 """Attributes of an expansion that are measured, and by how much each may differ."""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """One quantity of a result, compared.
+
+    Attributes
+    ----------
+    name
+        Of a variable or attribute, with what was compared of it.
+    difference, tolerance
+        Found and allowed, over the quantity's scale.
+    reason
+        Of the tolerance.
+    """
+
+    name: str
+    difference: float
+    tolerance: float
+    reason: str
+
+    @property
+    def fits(self) -> bool:
+        """Whether the difference is allowed."""
+        return self.difference <= self.tolerance
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return it as JSON has it: no difference is larger than that of different things."""
+        finite = self.difference if np.isfinite(self.difference) else None
+        return asdict(self) | {"difference": finite, "fits": self.fits}
+
+
+def different(name: str) -> Difference:
+    """Return what no tolerance allows: a difference of kind."""
+    return Difference(name, np.inf, EXACT.tolerance, EXACT.reason)

@@ -10,8 +10,9 @@ import softslip
 from softslip.config.fields import all_fields, extra
 from softslip.config.parameters import Parameters
 from softslip.provenance.attribution import UNKNOWN
-from softslip.provenance.crate.contents import RULES, Result
+from softslip.provenance.crate.contents import Result
 from softslip.provenance.crate.graph import LOCK, MAIN, Graph, one_or_all, unless_none, value_id
+from softslip.provenance.crate.steps import STEPS
 
 KINDS = {bool: "Boolean", int: "Integer", float: "Float", str: "Text"}
 """What a parameter is, in the words of schema.org."""
@@ -67,13 +68,13 @@ def add_parameters(graph: Graph) -> None:
     outputs = [
         _parameter(graph, f"#output/{rule}", rule, f"Results of the step {rule}.", "File")
         for rule in graph.rules
-        if RULES[rule].is_output
+        if STEPS[rule].is_output
     ]
     main = graph.crate.mainEntity
     ends = [
         _connection(graph, f"#{rule}/output", f"#output/{rule}")
         for rule in graph.rules
-        if RULES[rule].is_output
+        if STEPS[rule].is_output
     ]
     main["input"] = inputs
     for key, value in (unless_none("output", outputs) | unless_none("connection", ends)).items():
@@ -97,7 +98,7 @@ def _connection(graph: Graph, source: str, target: str) -> dict[str, str]:
 
 def add_step(graph: Graph, rule: str) -> None:
     """Add a step of the workflow, with the tools that did it and their parameters."""
-    told = RULES[rule]
+    told = STEPS[rule]
     sources = [f"#{before}/output" for before in told.reads if before in graph.rules]
     links = [(source, f"#{rule}/parent") for source in sources]
     inputs = []
@@ -117,7 +118,7 @@ def add_step(graph: Graph, rule: str) -> None:
         "HowToStep",
         name=rule,
         description=f"{told.purpose}.",
-        position=str(list(RULES).index(rule) + 1),
+        position=str(list(STEPS).index(rule) + 1),
         workExample=one_or_all([{"@id": tool} for tool in tools]),
         **unless_none("connection", [_connection(graph, *link) for link in links]),
     )
@@ -138,7 +139,7 @@ def add_tool(graph: Graph, result: Result, ends: Mapping[str, Any] | None = None
     return graph.entity(
         f"#{result.rule}/tool-{digest}",
         "SoftwareApplication",
-        name=f"softslip {RULES[result.rule].command}",
+        name=f"softslip {STEPS[result.rule].command}",
         description=f"{at if known else 'At no known commit'}; the fingerprint of its code is "
         f"{told['fingerprint']}.",
         softwareVersion=f"{commit}{dirty}" if known else str(told["fingerprint"]),
