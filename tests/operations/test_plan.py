@@ -58,7 +58,7 @@ def path_of(scenario: Scenario, work: Work, stage: str, number: int = 0) -> Path
     return work.results / stage / f"{of(scenario, stage, number)}.nc"
 
 
-def told(scenario: Scenario, work: Work, stage: str) -> list[tuple[str, str]]:
+def actions(scenario: Scenario, work: Work, stage: str) -> list[tuple[str, str]]:
     """Return the action and reason of each run of a stage."""
     tasks = make_plan(scenario, work.results).runs
     return [(task.action, task.reason) for task in tasks if task.stage == stage]
@@ -109,12 +109,12 @@ def test_only_what_a_missing_run_needs_is_made(scenario: Scenario, work: Work) -
     """Both shears of a packing lie under one ageing: what is made anew is sheared anew."""
     leave_all(scenario, work)
     path_of(scenario, work, "ageing", 0).unlink()
-    assert told(scenario, work, "ageing") == [SKIP, REUSE]
-    assert told(scenario, work, "shear") == [REUSE] * 4
+    assert actions(scenario, work, "ageing") == [SKIP, REUSE]
+    assert actions(scenario, work, "shear") == [REUSE] * 4
     path_of(scenario, work, "shear", 1).unlink()
-    assert told(scenario, work, "expansion") == [REUSE, REUSE]
-    assert told(scenario, work, "ageing") == [BEGIN, REUSE]
-    assert told(scenario, work, "shear") == [RERUN, BEGIN, REUSE, REUSE]
+    assert actions(scenario, work, "expansion") == [REUSE, REUSE]
+    assert actions(scenario, work, "ageing") == [BEGIN, REUSE]
+    assert actions(scenario, work, "shear") == [RERUN, BEGIN, REUSE, REUSE]
 
 
 def test_a_need_goes_back_to_the_packing(scenario: Scenario, work: Work) -> None:
@@ -122,17 +122,17 @@ def test_a_need_goes_back_to_the_packing(scenario: Scenario, work: Work) -> None
     for stage in STAGES:
         path_of(scenario, work, stage).unlink()
     for stage in STAGES[:-1]:
-        assert told(scenario, work, stage) == [BEGIN, REUSE]
-    assert told(scenario, work, "shear") == [BEGIN, RERUN, REUSE, REUSE]
+        assert actions(scenario, work, stage) == [BEGIN, REUSE]
+    assert actions(scenario, work, "shear") == [BEGIN, RERUN, REUSE, REUSE]
 
 
 def test_other_code_makes_all_that_follows_run_again(scenario: Scenario, work: Work) -> None:
     leave_all(scenario, work)
     renew(path_of(scenario, work, "expansion", 1), code=OLD)
-    assert told(scenario, work, "packing") == [REUSE, REUSE]
-    assert told(scenario, work, "expansion") == [REUSE, ("begin", "code changed")]
-    assert told(scenario, work, "ageing") == [REUSE, RERUN]
-    assert told(scenario, work, "shear") == [REUSE, REUSE, RERUN, RERUN]
+    assert actions(scenario, work, "packing") == [REUSE, REUSE]
+    assert actions(scenario, work, "expansion") == [REUSE, ("begin", "code changed")]
+    assert actions(scenario, work, "ageing") == [REUSE, RERUN]
+    assert actions(scenario, work, "shear") == [REUSE, REUSE, RERUN, RERUN]
     made = make_plan(scenario, work.results)
     assert made.stages["expansion"].reasons == {"code changed": 1}
     assert not any(task.new for task in made.runs)
@@ -145,15 +145,15 @@ def test_a_dataset_that_does_not_say_its_code_is_by_other_code(
     path = path_of(scenario, work, "shear")
     with netCDF4.Dataset(path, "a") as file:
         file.delncattr("provenance")
-    assert told(scenario, work, "shear")[0] == ("begin", "code changed")
+    assert actions(scenario, work, "shear")[0] == ("begin", "code changed")
 
 
 def test_a_newer_parent_makes_what_follows_run_again(scenario: Scenario, work: Work) -> None:
     leave_all(scenario, work)
     os.utime(path_of(scenario, work, "ageing"))
-    assert told(scenario, work, "ageing") == [REUSE, REUSE]
+    assert actions(scenario, work, "ageing") == [REUSE, REUSE]
     newer = ("begin", "parent newer")
-    assert told(scenario, work, "shear") == [newer, newer, REUSE, REUSE]
+    assert actions(scenario, work, "shear") == [newer, newer, REUSE, REUSE]
 
 
 def damage_none(path: Path) -> None:
@@ -183,13 +183,13 @@ def damage_kind(path: Path) -> None:
 @pytest.mark.parametrize(
     "damage", [damage_none, damage_name, damage_stage, damage_words, damage_kind]
 )
-def test_a_dataset_that_no_stage_would_take_is_told(
+def test_a_dataset_that_no_stage_would_take_is_reported(
     scenario: Scenario, work: Work, damage: Any
 ) -> None:
     leave_all(scenario, work)
     damage(path_of(scenario, work, "shear"))
     os.utime(path_of(scenario, work, "shear"))
-    assert told(scenario, work, "shear")[0] == ("begin", "unreadable")
+    assert actions(scenario, work, "shear")[0] == ("begin", "unreadable")
 
 
 @pytest.mark.parametrize("failed", [False, True])
@@ -230,7 +230,7 @@ def test_a_checkpoint_is_passed_over_where_the_parent_is_made_anew(
     renew(path_of(scenario, work, "ageing"), code=OLD)
     path_of(scenario, work, "shear").unlink()
     work.stop("shear", of(scenario, "shear"))
-    assert told(scenario, work, "shear")[:2] == [BEGIN, RERUN]
+    assert actions(scenario, work, "shear")[:2] == [BEGIN, RERUN]
 
 
 def test_what_somebody_works_on_is_running(scenario: Scenario, work: Work) -> None:

@@ -47,7 +47,7 @@ def of(scenario: Scenario, stage: str, number: int = 0) -> str:
     return list(scenario.stage_table(stage))[number]
 
 
-def found(scenario: Scenario, work: Work, stage: str, number: int = 0) -> RunStatus:
+def status_of(scenario: Scenario, work: Work, stage: str, number: int = 0) -> RunStatus:
     run = of(scenario, stage, number)
     (one,) = [
         each
@@ -58,7 +58,7 @@ def found(scenario: Scenario, work: Work, stage: str, number: int = 0) -> RunSta
 
 
 def progress_of(scenario: Scenario, work: Work, stage: str = "shear") -> RunProgress:
-    progress = found(scenario, work, stage).progress
+    progress = status_of(scenario, work, stage).progress
     assert progress is not None
     return progress
 
@@ -84,15 +84,15 @@ def test_each_state_is_told_by_its_files(scenario: Scenario, work: Work) -> None
     work.stop("shear", of(scenario, "shear", 1))
     running = of(scenario, "shear", 2)
     with run_lock(work.folder("shear"), running):
-        states = [found(scenario, work, "shear", number).state for number in range(4)]
-        holder = found(scenario, work, "shear", 2).holder
+        states = [status_of(scenario, work, "shear", number).state for number in range(4)]
+        holder = status_of(scenario, work, "shear", 2).holder
         counts = scenario_status(scenario, work.results).counts("shear")
     assert states == ["done", "interrupted", "running", "missing"]
     assert holder is not None
     assert holder.process == os.getpid()
     expected = dict.fromkeys(("done", "running", "interrupted", "missing"), 1) | {"failed": 0}
     assert counts == expected
-    assert found(scenario, work, "shear", 2).state == "missing", "its holder has let go"
+    assert status_of(scenario, work, "shear", 2).state == "missing", "its holder has let go"
 
 
 MESSAGE = "is not finite; lower time_stepping.step"
@@ -108,7 +108,7 @@ def fail(scenario: Scenario, work: Work, error: BaseException, number: int = 0) 
 
 def test_a_run_that_recorded_its_error_has_failed(scenario: Scenario, work: Work) -> None:
     fail(scenario, work, NumericalError("node_position", np.int64(3), 7, MESSAGE))  # type: ignore
-    one = found(scenario, work, "shear")
+    one = status_of(scenario, work, "shear")
     assert (one.state, str(one.failure), one.progress) == ("failed", ERROR, None)
     failure = one.failure
     assert failure is not None
@@ -122,7 +122,7 @@ def test_a_run_that_recorded_its_error_has_failed(scenario: Scenario, work: Work
     age = datetime.now(UTC) - datetime.fromisoformat(failure.failed_at)
     assert abs(age) < timedelta(minutes=1)
     assert scenario_status(scenario, work.results).counts("shear")["failed"] == 1
-    assert found(scenario, work, "ageing").state == "missing", "the failure is another run's"
+    assert status_of(scenario, work, "ageing").state == "missing", "the failure is another run's"
 
 
 @pytest.mark.parametrize(
@@ -137,7 +137,7 @@ def test_errors_of_other_kinds_count_too(
     scenario: Scenario, work: Work, error: Exception, line: str
 ) -> None:
     fail(scenario, work, error)
-    failure = found(scenario, work, "shear").failure
+    failure = status_of(scenario, work, "shear").failure
     assert str(failure) == line
     assert (failure.field, failure.index, failure.step) == (None, None, None)
 
@@ -147,10 +147,10 @@ def test_an_interrupted_run_has_not_failed(
     scenario: Scenario, work: Work, error: BaseException
 ) -> None:
     fail(scenario, work, error)
-    one = found(scenario, work, "shear")
+    one = status_of(scenario, work, "shear")
     assert (one.state, one.failure, one.killed) == ("missing", None, None)
     work.stop("shear", of(scenario, "shear"), written=time.time() - 100)
-    assert found(scenario, work, "shear").state == "interrupted"
+    assert status_of(scenario, work, "shear").state == "interrupted"
 
 
 def test_a_failure_ends_when_the_run_is_begun_again(scenario: Scenario, work: Work) -> None:
@@ -158,7 +158,7 @@ def test_a_failure_ends_when_the_run_is_begun_again(scenario: Scenario, work: Wo
     folder, run = work.folder("shear"), of(scenario, "shear")
     with run_lock(folder, run), failure_recorded(folder, run):
         assert not failure_path(folder, run).exists()
-    assert found(scenario, work, "shear").state == "missing"
+    assert status_of(scenario, work, "shear").state == "missing"
 
 
 def test_a_failed_run_keeps_its_checkpoint_and_its_record(scenario: Scenario, work: Work) -> None:
@@ -166,7 +166,7 @@ def test_a_failed_run_keeps_its_checkpoint_and_its_record(scenario: Scenario, wo
     work.stop("shear", run, [(40.0, 2.0, 100), (60.0, 3.0, 200)], written=time.time() - 100)
     lock_path(work.folder("shear"), run).touch()
     fail(scenario, work, NumericalError("node_position", 3, 7, MESSAGE))
-    one = found(scenario, work, "shear")
+    one = status_of(scenario, work, "shear")
     assert (one.state, one.progress and one.progress.step) == ("failed", 200)
     assert not leftovers(scenario, work), "the same command resumes from it"
     everything = leftovers(scenario, work, everything=True)
@@ -178,7 +178,7 @@ def test_a_run_that_is_done_or_at_work_has_not_failed(scenario: Scenario, work: 
         fail(scenario, work, NumericalError("node_position", 3, 7, MESSAGE), number)
     work.finish("shear", of(scenario, "shear", 0))
     with run_lock(work.folder("shear"), of(scenario, "shear", 1)):
-        both = [found(scenario, work, "shear", number) for number in range(2)]
+        both = [status_of(scenario, work, "shear", number) for number in range(2)]
     assert [(one.state, one.failure) for one in both] == [("done", None), ("running", None)]
     name = failure_path(work.folder("shear"), of(scenario, "shear", 0)).name
     assert leftovers(scenario, work)[name] == "its run is finished"
@@ -191,7 +191,7 @@ def test_a_record_that_cannot_be_read_is_still_a_failure(
     path = failure_path(work.folder("shear"), of(scenario, "shear"))
     path.parent.mkdir(parents=True)
     path.write_bytes(content)
-    one = found(scenario, work, "shear")
+    one = status_of(scenario, work, "shear")
     assert (one.state, str(one.failure)) == ("failed", f"Failure: {path.name} cannot be read")
 
 
@@ -207,7 +207,7 @@ def test_the_error_is_seen_where_it_cannot_be_recorded(
     monkeypatch.setattr("tempfile.mkstemp", full)
     with pytest.raises(PackingError, match="too dense"), failure_recorded(folder, run):
         raise PackingError("too dense")
-    assert found(scenario, work, "shear").state == "missing"
+    assert status_of(scenario, work, "shear").state == "missing"
 
 
 HOLD_AND_DIE = """
@@ -230,16 +230,16 @@ def test_a_killed_run_is_told_from_a_failed_and_an_interrupted_one(
     call = [sys.executable, "-c", HOLD_AND_DIE, str(folder), run]
     with subprocess.Popen(call) as process:
         process.wait()
-    one = found(scenario, work, "shear")
+    one = status_of(scenario, work, "shear")
     assert (one.state, one.holder, one.failure) == ("missing", None, None)
     assert one.killed is not None
     assert one.killed.process == process.pid
     work.stop("shear", run)
-    one = found(scenario, work, "shear")
+    one = status_of(scenario, work, "shear")
     assert one.state == "interrupted"
     assert one.killed is not None
     work.finish("shear", run)
-    assert found(scenario, work, "shear").killed is None
+    assert status_of(scenario, work, "shear").killed is None
 
 
 def test_datasets_are_told_with_those_that_are_not_in_the_scenario(
@@ -257,13 +257,13 @@ def test_a_run_made_anew_is_running_although_its_old_dataset_is_there(
 ) -> None:
     work.finish("shear", of(scenario, "shear"))
     with run_lock(work.folder("shear"), of(scenario, "shear")):
-        assert found(scenario, work, "shear").state == "running"
+        assert status_of(scenario, work, "shear").state == "running"
 
 
 def test_coordinates_are_those_that_sharing_runs_share(scenario: Scenario, work: Work) -> None:
-    assert found(scenario, work, "shear", 3).coordinates == {"seed": 2, "stress": 0.5}
-    assert found(scenario, work, "ageing", 1).coordinates == {"seed": 2}
-    assert found(scenario, work, "packing", 0).coordinates == {"seed": 1}
+    assert status_of(scenario, work, "shear", 3).coordinates == {"seed": 2, "stress": 0.5}
+    assert status_of(scenario, work, "ageing", 1).coordinates == {"seed": 2}
+    assert status_of(scenario, work, "packing", 0).coordinates == {"seed": 1}
 
 
 def test_progress_is_that_of_the_newest_checkpoint(scenario: Scenario, work: Work) -> None:
@@ -333,11 +333,11 @@ def test_a_damaged_checkpoint_is_told_and_the_one_before_used(
     run = of(scenario, "shear")
     newest, previous = work.stop("shear", run, [(40.0, 2.0, 100), (60.0, 3.0, 200)])
     newest.write_bytes(newest.read_bytes()[:150])
-    one = found(scenario, work, "shear")
+    one = status_of(scenario, work, "shear")
     assert (one.state, one.damaged, one.progress.step) == ("interrupted", 1, 100)
     assert verdicts(scenario, work) == {newest.name: ("damaged", ""), previous.name: ("valid", "")}
     previous.write_bytes(b"")
-    one = found(scenario, work, "shear")
+    one = status_of(scenario, work, "shear")
     assert (one.state, one.damaged, one.progress) == ("missing", 2, None), "it begins anew"
 
 
@@ -348,7 +348,7 @@ def test_a_checkpoint_under_the_name_of_another_run_is_damaged(
     other = newest.with_name(newest.name.replace(*(of(scenario, "shear", n) for n in (0, 1))))
     newest.rename(other)
     assert verdicts(scenario, work) == {other.name: ("damaged", "")}
-    assert found(scenario, work, "shear", 1).state == "missing"
+    assert status_of(scenario, work, "shear", 1).state == "missing"
 
 
 def test_stale_checkpoints_are_told_from_those_to_go_on_from(
@@ -365,7 +365,7 @@ def test_stale_checkpoints_are_told_from_those_to_go_on_from(
         f"{outdated}.{'0' * 16}.checkpoint": ("stale", "the code of its stage has changed"),
         f"{waiting}.{code}.checkpoint": ("valid", ""),
     }
-    states = [found(scenario, work, "shear", number).state for number in range(3)]
+    states = [status_of(scenario, work, "shear", number).state for number in range(3)]
     assert states == ["done", "missing", "interrupted"]
     assert len(scenario_status(scenario, work.results).stale) == 3
 
@@ -388,7 +388,7 @@ def test_nothing_of_a_run_at_work_is_stale(
         assert [file.verdict for file in looked.checkpoints] == ["valid"]
         assert not any(run in file.path.name for file in looked.leftovers()), looked.leftovers()
         if not foreign:
-            assert found(scenario, work, "shear").progress is not None
+            assert status_of(scenario, work, "shear").progress is not None
     assert not scenario_status(scenario, work.results).runs[-1].holder
     assert len(scenario_status(scenario, work.results).stale) == 1
 
@@ -432,7 +432,7 @@ def test_a_run_that_ends_meanwhile_is_never_missing(
         return iter(seen)
 
     monkeypatch.setattr(listing, "list_files", end_after_first_look)
-    assert found(scenario, work, "shear").state == "done"
+    assert status_of(scenario, work, "shear").state == "done"
 
 
 def test_a_folder_that_is_a_file_is_refused_in_one_line(scenario: Scenario, work: Work) -> None:

@@ -44,7 +44,7 @@ Interval = Annotated[
     typer.Option("--checkpoint-interval", min=0, help="Seconds between two checkpoints."),
 ]
 Resume = Annotated[
-    bool, typer.Option("--resume", help="Go on from a checkpoint, and fail if there is none.")
+    bool, typer.Option("--resume", help="Resume from a checkpoint, and fail if there is none.")
 ]
 
 
@@ -185,7 +185,7 @@ def _kept(job: _Job, interval: float, resume: bool) -> Iterator["Keeper"]:
 
 
 def _follow(job: _Job, follow: Callable[..., xr.Dataset], interval: float, resume: bool) -> None:
-    """Follow a packing through time, from where it was broken off if it was."""
+    """Follow a packing through time, from its checkpoint if it was interrupted."""
     with _kept(job, interval, resume) as keeper, progress_report(job.row.stage) as report:
         job.write(follow(job.parent, job.row.parameters, report, job.threads, keeper))
 

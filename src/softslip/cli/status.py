@@ -140,7 +140,7 @@ def _summary(scenario: Scenario, found: "ScenarioStatus", remedy: str) -> list[R
         count = counted(len(found.stale), "stale checkpoint")
         lines.append(f"{count}, {size}; to remove them: {remedy}")
     if any(run.state == "interrupted" for run in found.runs):
-        lines.append("interrupted runs resume from their checkpoints: start the same command again")
+        lines.append("interrupted runs resume from their checkpoints; start the same command again")
     # A command that is broken over two lines cannot be copied.
     unbroken = [Text(line, no_wrap=True, overflow="ignore") for line in lines]
     return [Text(f"{scenario.name}: {scenario.description}"), table, *unbroken]

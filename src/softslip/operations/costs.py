@@ -129,11 +129,6 @@ class Correction:
     factor: float
 
 
-def discs(parameters: Parameters) -> int:
-    """Return the number of particles."""
-    return len(particle_radii(parameters))
-
-
 @cache
 def _contours(parameters: Parameters) -> tuple[float, float]:
     """Return the lengths of all membranes as circles, and of both walls [length unit]."""
@@ -143,47 +138,39 @@ def _contours(parameters: Parameters) -> tuple[float, float]:
 
 def membrane_nodes(parameters: Parameters) -> float:
     """Return the number of nodes of all membranes, to a per cent."""
-    hydrodynamics = parameters.hydrodynamics
-    return _contours(parameters)[0] * hydrodynamics.resolution / hydrodynamics.node_spacing
+    flow = parameters.hydrodynamics
+    return _contours(parameters)[0] * flow.resolution / flow.node_spacing
 
 
 def nodes(parameters: Parameters) -> float:
     """Return the number of nodes of membranes and walls, to a per cent."""
-    hydrodynamics = parameters.hydrodynamics
-    return sum(_contours(parameters)) * hydrodynamics.resolution / hydrodynamics.node_spacing
-
-
-def growth_nodes(parameters: Parameters) -> float:
-    """Return the number of nodes with which all particles grow, to a per cent."""
-    radii = particle_radii(parameters)
-    return parameters.expansion.growth_nodes * float(radii.sum() / radii.min()) if len(radii) else 0
-
-
-def mesh_points(parameters: Parameters) -> float:
-    """Return the number of points of the mesh of 'grid'."""
-    channel = parameters.channel
-    area = channel.length * (channel.height + channel.outer_gap)
-    return area * parameters.hydrodynamics.resolution**2
+    flow = parameters.hydrodynamics
+    return sum(_contours(parameters)) * flow.resolution / flow.node_spacing
 
 
 def load(stage: str, parameters: Parameters, evaluations: float) -> float:
     """Return what the time of a stage is proportional to, beyond what it takes to start."""
+    radii, growth = particle_radii(parameters), parameters.expansion
     if stage == "packing":
-        return discs(parameters) * parameters.packing.equilibration_steps
+        return len(radii) * parameters.packing.equilibration_steps
     if stage == "expansion":
-        growth = parameters.expansion
-        return growth_nodes(parameters) * (growth.ramp_steps + growth.relaxation_steps)
-    if parameters.hydrodynamics.mobility == "grid":
-        return math.pow(mesh_points(parameters), MESH_GROWTH) * evaluations
-    return math.pow(nodes(parameters), NODE_GROWTH) * evaluations
+        growing = growth.growth_nodes * float(radii.sum() / radii.min()) if len(radii) else 0.0
+        return growing * (growth.ramp_steps + growth.relaxation_steps)
+    if parameters.hydrodynamics.mobility == "ewald":
+        return math.pow(nodes(parameters), NODE_GROWTH) * evaluations
+    channel, resolution = parameters.channel, parameters.hydrodynamics.resolution
+    points = channel.length * (channel.height + channel.outer_gap) * resolution**2
+    return math.pow(points, MESH_GROWTH) * evaluations
 
 
 def stored(stage: str, parameters: Parameters) -> float:
     """Return about how many numbers the dataset of a stage holds."""
     if stage == "packing":
-        return 4.0 * discs(parameters)
-    if stage in ("expansion", "ageing"):
-        return 2.0 * (membrane_nodes if stage == "expansion" else nodes)(parameters)
+        return 4.0 * len(particle_radii(parameters))
+    if stage == "expansion":
+        return 2.0 * membrane_nodes(parameters)
+    if stage == "ageing":
+        return 2.0 * nodes(parameters)
     recording, channel = parameters.recording, parameters.channel
     stepping = parameters.time_stepping
     records = float(_records(parameters)[1].sum())
@@ -191,8 +178,8 @@ def stored(stage: str, parameters: Parameters) -> float:
     profiles = min(recording.profiles, stepping.shear_time / stepping.step)
     spacing = recording.field_spacing * parameters.suspension.mean_radius
     field = channel.length * channel.height / spacing**2
-    kept = len(recording.snapshots) * 2 * (nodes(parameters) + field)
-    return 16 * records + profiles * heights + kept
+    snapshots = len(recording.snapshots) * 2 * (nodes(parameters) + field)
+    return 16 * records + profiles * heights + snapshots
 
 
 Pieces = tuple[FloatArray, FloatArray]
@@ -204,7 +191,7 @@ def _intervals(end: float, per_decade: int, longest: float, step: float) -> Piec
     """Return the lengths of the records of a stage, which grow with time up to the longest."""
     steps, most = round(end / step), max(round(longest / step), 1)
     widths, place, growth = list[int](), 0, 10 ** (1 / per_decade)
-    # As `simulation.record.interval_edges`, which this may not wait for.
+    # As `simulation.record.interval_edges`, which would load the whole solver.
     while place < steps and (width := max(math.ceil(place * growth) - place, 1)) < most:
         widths.append(min(width, steps - place))
         place += widths[-1]

@@ -198,7 +198,7 @@ def _write_holder(path: Path) -> None:
         with replacing(path) as temporary:
             temporary.write_text(json.dumps(words) + "\n")
     except StorageError as error:
-        raise LockedError(f"{error}; a run that nobody can see is not started") from error
+        raise LockedError(f"{error}; the run was not started") from error
 
 
 def read_holder(path: Path) -> Holder:

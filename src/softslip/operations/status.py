@@ -302,7 +302,7 @@ def _checkpoint(
         if header and (header.stage, header.run, header.fingerprint) != (stage, run, code):
             header = None
     if header is None and not file.path.exists():
-        return None  # Its run went on meanwhile.
+        return None  # Its run has replaced it meanwhile.
     return CheckpointFile(file.path, file.size, stage, run, stale, header)
 
 
