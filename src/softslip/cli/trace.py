@@ -17,9 +17,9 @@ from softslip.config.stages import STAGES
 from softslip.messages import file_text
 
 if TYPE_CHECKING:
+    from softslip.provenance.tracing.ancestry import Group, Node, Trace
     from softslip.provenance.tracing.contributions import Part
     from softslip.provenance.tracing.origins import JointProvenance
-    from softslip.provenance.tracing.trace import Group, Node, Trace
 
 app = typer.Typer()
 
@@ -54,7 +54,7 @@ def trace_command(
 ) -> None:
     """Say what a figure, a dataset or a value was made from, back to seeds, commits and hosts."""
     from softslip.provenance.tracing.targets import read_target
-    from softslip.provenance.tracing.trace import trace
+    from softslip.provenance.tracing.walk import trace
 
     if graph is not None:
         _check_graph(graph)
@@ -178,7 +178,7 @@ def _summary(found: "Trace") -> Iterator[str]:
 
 def _sources(found: "Trace") -> str:
     """Return how many runs there are, and what of them was used where it is not the same."""
-    from softslip.provenance.tracing.trace import LAST
+    from softslip.provenance.tracing.walk import LAST
 
     runs = sum(node.stage == LAST for node in found.nodes)
     known = runs or found.parts is not None
@@ -249,7 +249,7 @@ def _own_facts(found: "Trace", nodes: Sequence["Node"]) -> str:
 
 def _tree(found: "Trace", every: bool) -> Tree:
     """Return the groups, each behind the one that was made from it."""
-    from softslip.provenance.tracing.trace import LAST
+    from softslip.provenance.tracing.walk import LAST
 
     branches: list[Tree] = []
     for group in found.groups:

@@ -30,6 +30,25 @@ _WATCHED = ("src", "workflow", "config", "Snakefile", "pyproject.toml", "require
 """What counts when it is asked whether the code is that of its commit."""
 
 
+PROVENANCE = (
+    "fingerprint",
+    "commit",
+    "dirty",
+    "lock_sha256",
+    "environment",
+    "host",
+    "processor",
+    "cores",
+    "system",
+    "threads",
+    "restarts",
+    "core_seconds",
+    "started",
+    "ended",
+)
+"""What every result says of how it was made, besides the digests of its parents' files."""
+
+
 def parents_of(datasets: Iterable[xr.Dataset]) -> list[dict[str, str]]:
     """Return what a result was made from, in words that the same run gives again."""
     keys = ("stage", "run", CONTENT_DIGEST)

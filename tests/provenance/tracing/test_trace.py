@@ -23,7 +23,8 @@ from softslip.errors import ConfigError, DatasetError
 from softslip.files.storage import read_dataset, write_dataset
 from softslip.provenance import archive
 from softslip.provenance.archive import FOUND, MISSING, REPLACED, UNREADABLE
-from softslip.provenance.tracing import trace as module
+from softslip.provenance.tracing import walk as module
+from softslip.provenance.tracing.ancestry import Node, Trace
 from softslip.provenance.tracing.contributions import fitted_parts, law_of
 from softslip.provenance.tracing.diagrams import MOST_BOXES, diagram
 from softslip.provenance.tracing.origins import joint_provenance, swept_values
@@ -34,12 +35,7 @@ from softslip.provenance.tracing.targets import (
     find_values,
     read_target,
 )
-from softslip.provenance.tracing.trace import (
-    Node,
-    Trace,
-    results_folder,
-    trace,
-)
+from softslip.provenance.tracing.walk import results_folder, trace
 from softslip.provenance.tracing.wording import with_error
 
 

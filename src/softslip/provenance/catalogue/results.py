@@ -24,6 +24,7 @@ from softslip.config.stages import STAGES
 from softslip.errors import ConfigError, DatasetError
 from softslip.files.storage import read_dataset
 from softslip.messages import brief, file_text
+from softslip.provenance.attribution import PROVENANCE
 from softslip.provenance.catalogue.conditions import MISSING, Condition, parse
 from softslip.provenance.catalogue.gathering import TableName, check_table, gather_table
 from softslip.provenance.catalogue.runs import (
@@ -31,7 +32,6 @@ from softslip.provenance.catalogue.runs import (
     DONE,
     IDENTITY,
     LAST,
-    PROVENANCE,
     StoredRun,
     label_paths,
     shared_leaves,

@@ -33,24 +33,6 @@ DONE = "done"
 IDENTITY = ("run", "stage", "state", "parent", "file", "content_sha256", "record_sha256")
 """What each run has besides parameters and provenance."""
 
-PROVENANCE = (
-    "commit",
-    "dirty",
-    "host",
-    "processor",
-    "cores",
-    "system",
-    "environment",
-    "lock_sha256",
-    "fingerprint",
-    "started",
-    "ended",
-    "core_seconds",
-    "restarts",
-    "threads",
-)
-"""What is known of how a run was made, see `provenance.attribution`; others as files have them."""
-
 BY_BEGINNING = frozenset(
     {
         "run",

@@ -63,7 +63,7 @@ def _add_action(graph: Graph, result: Result) -> dict[str, str]:
             f"{identifier}/core-seconds",
             "PropertyValue",
             name="core_seconds",
-            description="Earlier attempts, whose checkpoints it went on from, count too.",
+            description="Earlier attempts, from whose checkpoints it resumed, count too.",
             propertyID=graph.entity(
                 "#core_seconds",
                 "DefinedTerm",

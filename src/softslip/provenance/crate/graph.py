@@ -69,7 +69,7 @@ class Credits:
     licence
         Address of the results' licence; that of the software where it is empty.
     hosts
-        Whether the names of the machines are told.
+        Whether the names of the machines are given.
     """
 
     agent: str = ""

@@ -9,9 +9,9 @@ from softslip.analysis.figures.drawing import named
 from softslip.analysis.figures.lineage import Box
 from softslip.config.stages import STAGES
 from softslip.provenance.archive import FOUND
+from softslip.provenance.tracing.ancestry import Node, Trace
 from softslip.provenance.tracing.origins import CHANGED, joint_provenance
 from softslip.provenance.tracing.targets import measured
-from softslip.provenance.tracing.trace import Node, Trace
 from softslip.provenance.tracing.wording import effort, listed
 
 MOST_BOXES = 60

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from typing import Any
 
 LONG = 360.0
-"""Processor time from which it is told in hours [s]."""
+"""Processor time from which it is given in hours [s]."""
 
 
 def listed(values: Iterable[Any], most: int = 3) -> str:

@@ -5,28 +5,11 @@ from datetime import datetime, timedelta
 from typing import Any
 
 from softslip.messages import brief
-from softslip.provenance.attribution import UNKNOWN
+from softslip.provenance.attribution import PROVENANCE, UNKNOWN
 from softslip.provenance.lineage import Product
 
-NOTED = (
-    "fingerprint",
-    "commit",
-    "dirty",
-    "lock_sha256",
-    "environment",
-    "host",
-    "processor",
-    "cores",
-    "system",
-    "threads",
-    "restarts",
-    "core_seconds",
-    "started",
-    "ended",
-    "parent_records",
-)
+NOTED = (*PROVENANCE, "parent_records")
 """What a product must say of how it was made."""
-
 
 CLOCK_SLACK = timedelta(seconds=60)
 """By how much times may be out of order: clocks are set, and those of two hosts differ."""

@@ -67,7 +67,7 @@ class Rerun:
 
 @dataclass(frozen=True)
 class RerunOutcome:
-    """What came of making something again.
+    """The result of a rerun.
 
     Attributes
     ----------
@@ -203,7 +203,7 @@ def run_command(words: Sequence[str], folder: Path) -> str:
 def reexecute(
     reruns: Iterable[Rerun], source: str, folder: Path, runner: Runner = run_command
 ) -> Iterator[RerunOutcome]:
-    """Make results again, one after the other, and yield what came of each.
+    """Rerun what made some results, one after the other, and yield the outcome of each.
 
     Parameters
     ----------
