@@ -11,7 +11,9 @@ import pytest
 from softslip.config.parameters import Parameters
 from softslip.config.stages import STAGES
 from softslip.operations import costs as module
-from softslip.operations.costs import TABLE, Costs, Measured, evaluations, read_table, shipped
+from softslip.operations import workload
+from softslip.operations.costs import TABLE, Costs, Measured, read_table, shipped
+from softslip.operations.workload import evaluations
 from softslip.simulation.expansion import membrane_node_counts
 from softslip.simulation.record import interval_edges
 from softslip.simulation.sample import wall_contour
@@ -118,10 +120,10 @@ def test_runs_that_are_not_in_the_table_are_estimated_as_well(stress: float, pla
 def test_nodes_are_counted_to_a_per_cent(roughness: float, fidelity: str | None) -> None:
     run = parameters(fidelity=fidelity, wall={"roughness": roughness})
     membranes = int(membrane_node_counts(run).sum())
-    assert module.membrane_nodes(run) == pytest.approx(membranes, rel=0.01)
+    assert workload.membrane_nodes(run) == pytest.approx(membranes, rel=0.01)
     spacing = run.hydrodynamics.node_spacing / run.hydrodynamics.resolution
     walls = wall_positions(wall_contour(run), run.channel.height, spacing)
-    assert module.nodes(run) == pytest.approx(membranes + 2 * walls.shape[1], rel=0.01)
+    assert workload.nodes(run) == pytest.approx(membranes + 2 * walls.shape[1], rel=0.01)
 
 
 @pytest.mark.parametrize("end", [0.5, 20.0, 300.0])
@@ -130,7 +132,7 @@ def test_records_are_counted_as_they_are_made(end: float) -> None:
     step, recording = run.time_stepping.step, run.recording
     longest = round(recording.longest_interval / step)
     edges = interval_edges(round(end / step), recording.samples_per_decade, longest)
-    lengths, counts = module._records(run)
+    lengths, counts = workload._records(run)
     # The last of the longest may be cut short, and counts in part.
     assert len(edges) - 2 < counts.sum() <= len(edges) - 1 + 1e-9
     assert lengths @ counts == pytest.approx(end, rel=1e-12)
@@ -196,7 +198,7 @@ def test_snapshots_take_room() -> None:
 
 def test_an_imposed_rate_is_estimated() -> None:
     run = parameters(rheometer={"mode": "rate", "stress": None, "shear_rate": 0.01})
-    usual = parameters(rheometer={"stress": module.USUAL_STRESS})
+    usual = parameters(rheometer={"stress": workload.USUAL_STRESS})
     assert shipped().estimate("shear", run) == shipped().estimate("shear", usual)
 
 

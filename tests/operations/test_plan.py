@@ -20,7 +20,8 @@ from softslip.operations import plan as module
 from softslip.operations.costs import shipped
 from softslip.operations.failures import failure_recorded
 from softslip.operations.lock import run_lock
-from softslip.operations.plan import Plan, PlannedRun, StagePlan, make_plan
+from softslip.operations.plan import make_plan
+from softslip.operations.schedule import Plan, PlannedRun, StagePlan
 
 OLD = "0" * 16
 

@@ -22,11 +22,12 @@ from softslip.errors import (
     NumericalError,
     PackingError,
 )
-from softslip.operations import listing
+from softslip.operations import checkpoint_files, listing
 from softslip.operations import status as module
+from softslip.operations.checkpoint_files import RunProgress
 from softslip.operations.failures import failure_path, failure_recorded
 from softslip.operations.lock import holder_path, lock_path, run_lock
-from softslip.operations.status import RunProgress, RunStatus, scenario_status
+from softslip.operations.status import RunStatus, scenario_status
 from softslip.provenance.fingerprints import fingerprint
 from softslip.simulation.checkpoint import read_header
 
@@ -213,7 +214,9 @@ def test_the_error_is_seen_where_it_cannot_be_recorded(
 HOLD_AND_DIE = """
 import os, signal, sys
 from pathlib import Path
+from softslip.operations.checkpoint_files import RunProgress
 from softslip.operations.failures import failure_recorded
+from softslip.operations.checkpoint_files import RunProgress
 from softslip.operations.failures import failure_path, failure_recorded
 from softslip.operations.lock import run_lock
 folder, run = Path(sys.argv[1]), sys.argv[2]
@@ -413,7 +416,7 @@ def test_a_checkpoint_that_goes_while_it_is_looked_at_is_not_damaged(
         path.unlink()
         raise CheckpointError("cannot be read")
 
-    monkeypatch.setattr(module, "read_header", gone)
+    monkeypatch.setattr(checkpoint_files, "read_header", gone)
     assert not scenario_status(scenario, work.results).checkpoints
 
 
@@ -523,8 +526,9 @@ def test_arrays_and_code_are_left_alone_where_nobody_needs_them(
     def never(*_: object) -> None:
         pytest.fail("nothing but the names of files was needed")
 
-    for name in ("read_header", "fingerprint", "holder_of"):
-        monkeypatch.setattr(module, name, never)
+    monkeypatch.setattr(checkpoint_files, "read_header", never)
+    monkeypatch.setattr(checkpoint_files, "fingerprint", never)
+    monkeypatch.setattr(module, "holder_of", never)
     assert scenario_status(scenario, work.results).counts("shear")["done"] == 4
 
 

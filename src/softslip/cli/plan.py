@@ -17,7 +17,7 @@ from softslip.config.scenario import Scenario, load_scenario
 from softslip.config.stages import STAGES
 
 if TYPE_CHECKING:
-    from softslip.operations.plan import Plan, PlannedRun, StagePlan
+    from softslip.operations.schedule import Plan, PlannedRun, StagePlan
 
 app = typer.Typer()
 
@@ -81,7 +81,7 @@ def _print_error(sentence: str) -> None:
 
 def _summary(made: "Plan") -> Table:
     """Return a table with a row for each stage, and one for all of them."""
-    from softslip.operations.plan import BEGIN, RESUME, REUSE, RUNNING, SKIP
+    from softslip.operations.schedule import BEGIN, RESUME, REUSE, RUNNING, SKIP
 
     table = Table("stage")
     names = {BEGIN: "to do", RESUME: "to resume", RUNNING: "running", REUSE: "reused"}
@@ -109,7 +109,7 @@ def _cost(part: "Plan | StagePlan") -> list[str]:
 
 def _remarks(made: "Plan", other: Scenario | None, cores: int) -> list[RenderableType]:
     """Return lines on time, on where estimates come from, and on what needs attention."""
-    from softslip.operations.plan import CHANGED, DAMAGED
+    from softslip.operations.schedule import CHANGED, DAMAGED
 
     lines = []
     if made.chain:
@@ -141,7 +141,7 @@ def _runs_table(scenario: Scenario, made: "Plan", every: bool) -> list[Renderabl
 
     Where nothing was ever done, all runs are new, and the scenario is shorter than their list.
     """
-    from softslip.operations.plan import REUSE
+    from softslip.operations.schedule import REUSE
 
     extended = made.gone is not None or any(run.action == REUSE for run in made.runs)
     shown = [run for run in made.runs if every or (run.new and extended)]
