@@ -292,6 +292,30 @@ def test_what_commands_call_of_the_rooms_that_compute_is_in_a_fingerprint(packag
     assert missing == UNCOUNTED
 
 
+HANDED = {
+    # Files, their labels and seals.
+    *("CONTENT_DIGEST", "FLAG_ATTRIBUTES", "FORMATS", "content_digest", "read_dataset"),
+    *("replacing", "sealed", "unsealed", "with_text"),
+    # Reading and checking studies; defaults and levels count by themselves.
+    *("LEVELS", "NOTHING", "brief", "extra", "in_file", "key_text", "owner", "quantity"),
+    *("read_mapping", "relocated"),
+    # Reports.
+    "table_row",
+}
+"""Functions and constants of other rooms that those that compute use, but not for a result."""
+
+
+def test_the_rooms_that_compute_take_nothing_from_others_that_decides_what_they_compute(package):
+    handed = set()
+    for module in package.modules:
+        for source, name in package.module(module).imports.values():
+            outside = source.startswith("softslip.") and not package.computes(source)
+            if outside and package.path_of(source) and name:
+                defined = package.module(source).definitions.get(name, [])
+                handed |= {name for one in defined if not isinstance(one, ast.ClassDef)}
+    assert handed == HANDED
+
+
 OTHER = {
     ast.Add: ast.Sub,
     ast.Sub: ast.Add,
@@ -414,11 +438,11 @@ def test_definitions_moved_to_other_modules_in_another_order_change_no_fingerpri
 
 SMALL = {
     "errors.py": "class OwnError(Exception): ...",
-    "config.py": "LIMIT = 1",
+    "config.py": "from softslip.solver.d import SIZE\nLIMIT = 1",
     "solver/__init__.py": "",
     "solver/a.py": """
 import numpy as np
-from softslip.config import LIMIT
+from softslip.config import LIMIT, SIZE
 from softslip.errors import OwnError
 from softslip.solver import b
 from softslip.solver.c import TABLE, deep
@@ -427,7 +451,7 @@ def entry(x):
     if x > LIMIT:
         raise OwnError(f"{x} is too much; {_REMEDY}")
     _check(x)
-    return b.half(np.sqrt(x)) + TABLE[deep(x)]
+    return b.half(np.sqrt(x)) + SIZE * TABLE[deep(x)]
 def _check(x) -> None:
     if x < 0:
         _refuse("x", x, f"is below zero; {_REMEDY}")
@@ -443,7 +467,7 @@ def deep(x): return deeper(x) if x else 0
 def deeper(x): return deep(x - 1)
 def idle(x): return x
 """,
-    "solver/d.py": "def late(x): return x\n",
+    "solver/d.py": "SIZE = 2\ndef late(x): return x\n",
 }
 """A package whose entry is `solver.a.entry`."""
 
@@ -486,7 +510,7 @@ def digits(tmp_path, monkeypatch):
         {"solver/a.py": ("def entry(x)", "def entry(x: int) -> float")},
         {"solver/b.py": ("def idle(x): return x", "def idle(x): return x + 1")},
         {"solver/d.py": ("return x", "return x + 1")},
-        {"config.py": ("1", "2")},
+        {"config.py": ("LIMIT = 1", "LIMIT = 2")},
         MOVED,
         {"solver/a.py": ("c import TABLE, deep", "f import TABLE, deep"),
          "solver/f.py": ("", "from softslip.solver.c import *\nfrom .c import TABLE, deep\n")},
@@ -507,6 +531,7 @@ def test_what_has_no_effect_on_the_entry_changes_nothing(digits, replaced):
         {"solver/a.py": ("x < 0", "x < 1")},
         {"solver/a.py": ("import b\n", "import d as b\n")},
         {"solver/b.py": ("x / 2", "x / 3")},
+        {"solver/d.py": ("SIZE = 2", "SIZE = 3")},
         {"solver/b.py": ("def half", "@twice\ndef half")},
         {"solver/b.py": ("def half(x)", "def half(x, y=1)")},
         {"solver/b.py": ("def idle", "print(half)\ndef idle")},

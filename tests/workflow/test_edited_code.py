@@ -38,7 +38,8 @@ EDITS = [
     pytest.param(
         "analysis/fits/slip.py",
         EDIT,
-        {"fit": 1, "figure": 3, "snapshot": 1},
+        # Of the figures only the one that is drawn from the fit.
+        {"fit": 1, "figure": 1},
         marks=pytest.mark.slow,
     ),
     # The wording of what a scenario is refused with, and what its parameters mean.

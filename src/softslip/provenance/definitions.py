@@ -175,13 +175,16 @@ class Package:
 
     def attribute(self, module: str, name: str) -> Target:
         """Return what an attribute of a module of the package is, all of it if that is unclear."""
-        inside = self.computes(module) and self.path_of(module) is not None
-        target = self.lookup(module, name) if inside else None
-        if target is not None:
+        there, inside = self.path_of(module) is not None, self.computes(module)
+        target = self.lookup(module, name) if there else None
+        # Other rooms count by names only, but may hand on what the rooms that compute define.
+        if target is not None and (
+            inside or (isinstance(target, tuple) and self.computes(target[0]))
+        ):
             return target
         if self.path_of(f"{module}.{name}") is not None:
             return ModuleName(f"{module}.{name}")
-        return (module, WHOLE) if inside else Outside(f"{self.name}.{name}")
+        return (module, WHOLE) if there and inside else Outside(f"{self.name}.{name}")
 
     def arguments_of(self, key: Key) -> set[Key]:
         """Return the classes of the arguments of a function, or of all functions of a module."""
@@ -257,6 +260,10 @@ class _Bindings:
             return isinstance(node, ast.Name) and is_builtin_error(node.id)
         statements = self._defined(node)
         return bool(statements) and all(map(is_plain_error, statements))
+
+    def is_outside(self, node: ast.expr) -> bool:
+        """Return whether a name is bound to something that is not followed."""
+        return isinstance(self._target(node), Outside)
 
     def imported(self, node: ast.Import | ast.ImportFrom) -> str:
         """Return the text for an import within a function."""

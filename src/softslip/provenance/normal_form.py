@@ -52,6 +52,9 @@ class Names(Protocol):
     def is_known_error(self, node: ast.expr) -> bool:
         """Return whether a name is bound to an error whose arguments are read by people only."""
 
+    def is_outside(self, node: ast.expr) -> bool:
+        """Return whether a name is bound to something that is not followed."""
+
     def imported(self, node: ast.Import | ast.ImportFrom) -> str:
         """Return the text for an import within a function."""
 
@@ -73,6 +76,10 @@ class Unbound:
     def is_known_error(self, node: ast.expr) -> bool:
         """Return whether it is an exception of Python's."""
         return isinstance(node, ast.Name) and is_builtin_error(node.id)
+
+    def is_outside(self, node: ast.expr) -> bool:
+        """Return that it is not."""
+        return False
 
     def imported(self, node: ast.Import | ast.ImportFrom) -> str:
         """Return its fields."""
@@ -180,7 +187,7 @@ class Writer:
     def _Call(self, node: ast.Call) -> str | None:
         if self._names.is_known_error(node.func) and not _has_effect(node):
             return f"Error({self.text(node.func)})"
-        if last_name(node) in FIELD_MAKERS:
+        if last_name(node) in FIELD_MAKERS and self._names.is_outside(node.func):
             keywords = [word for word in node.keywords if word.arg not in _MEANING]
             return self._node(node, keywords=keywords)
         if self._wordless or not self._names.makes_error(node.func):
