@@ -14,7 +14,7 @@ from softslip.cli import app
 from softslip.config.scenario import load_scenario
 from softslip.config.stages import STAGES
 from softslip.files.storage import read_dataset
-from softslip.provenance.lineage import read_product
+from softslip.provenance.product_labels import read_product
 
 SCENARIO = """\
 description: Two runs of eight particles and a third that is never made.

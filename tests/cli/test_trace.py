@@ -14,7 +14,7 @@ from softslip.config.scenario import load_scenario
 from softslip.config.stages import STAGES
 from softslip.files.stamps import check_figure
 from softslip.provenance.attribution import code
-from softslip.provenance.lineage import read_product
+from softslip.provenance.product_labels import read_product
 
 
 @pytest.fixture(scope="module")

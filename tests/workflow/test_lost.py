@@ -8,7 +8,7 @@ from tiny import snakemake
 
 from softslip.config.stages import STAGES
 from softslip.files.layout import DATASET
-from softslip.provenance.lineage import read_product
+from softslip.provenance.product_labels import read_product
 
 pytestmark = pytest.mark.workflow
 

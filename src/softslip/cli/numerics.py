@@ -15,7 +15,7 @@ from softslip.errors import ConfigError
 from softslip.files.storage import read_dataset, write_dataset
 from softslip.provenance.attribution import Job
 from softslip.provenance.fingerprints import fingerprint
-from softslip.provenance.lineage import read_product
+from softslip.provenance.product_labels import read_product
 
 if TYPE_CHECKING:
     from softslip.studies.study import Study

@@ -22,7 +22,7 @@ from softslip.provenance.attribution import Job
 from softslip.provenance.fingerprints import fingerprint
 
 if TYPE_CHECKING:
-    from softslip.provenance.catalogue.results import Results
+    from softslip.provenance.catalogue.selection import Results
 
 app = typer.Typer()
 

@@ -12,7 +12,7 @@ from softslip.files.layout import DATASET
 from softslip.files.products import SNAPSHOT
 from softslip.files.stamps import FIGURE, FORMATS
 from softslip.messages import file_text
-from softslip.provenance.lineage import Parent, Product, read_product
+from softslip.provenance.product_labels import Parent, Product, read_product
 
 FOUND, MISSING, REPLACED, UNREADABLE = "found", "missing", "replaced", "unreadable"
 """Whether what a product says that it was made from is there: with that content, not at all, with
@@ -25,7 +25,7 @@ def usual_place(stage: str, run: str, title: str = "", suffix: str = DATASET) ->
     Parameters
     ----------
     stage, run, title
-        See `provenance.lineage.Product`; the title matters for figures only.
+        See `provenance.product_labels.Product`; the title matters for figures only.
     suffix
         Of its file.
     """

@@ -9,7 +9,7 @@ from collections import defaultdict
 from pathlib import Path
 
 from softslip.provenance.archive import Archive
-from softslip.provenance.lineage import Product
+from softslip.provenance.product_labels import Product
 
 
 def keep_in_order(results: Path, since: float) -> list[Path]:

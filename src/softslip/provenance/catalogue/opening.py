@@ -8,7 +8,6 @@ from softslip.config.scenario import Scenario
 from softslip.config.stages import STAGES, stage_parameters
 from softslip.errors import DatasetError
 from softslip.messages import file_text
-from softslip.provenance.catalogue.results import Results
 from softslip.provenance.catalogue.runs import (
     DONE,
     LAST,
@@ -17,6 +16,7 @@ from softslip.provenance.catalogue.runs import (
     swept_parameters,
     with_file,
 )
+from softslip.provenance.catalogue.selection import Results
 from softslip.provenance.trees import flat_tree
 
 

@@ -14,7 +14,7 @@ from softslip.files.storage import read_dataset
 from softslip.messages import brief, file_text
 from softslip.provenance.archive import usual_place
 from softslip.provenance.attribution import ROOT
-from softslip.provenance.lineage import Parent, Product, read_product
+from softslip.provenance.product_labels import Parent, Product, read_product
 
 MOST_NAMED = 3
 """Missing results that a sentence names; of more it says the number."""

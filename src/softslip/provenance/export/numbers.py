@@ -19,7 +19,7 @@ from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST, VOLATILE, read
 from softslip.messages import file_text, printable
 from softslip.provenance.archive import REPLACED, Archive
 from softslip.provenance.export.csv_file import Table
-from softslip.provenance.lineage import Parent, read_product
+from softslip.provenance.product_labels import Parent, read_product
 
 SINGLE = "single values"
 """Series of a dataset's variables without dimensions."""

@@ -10,7 +10,7 @@ from typing import Any
 from softslip.config.stages import STAGES
 from softslip.errors import DatasetError
 from softslip.messages import file_text
-from softslip.provenance.lineage import Product
+from softslip.provenance.product_labels import Product
 from softslip.provenance.tracing.contributions import Part
 from softslip.provenance.tracing.origins import swept_values
 from softslip.provenance.tracing.targets import Target, Values

@@ -7,7 +7,7 @@ from typing import Any
 from softslip.config.fields import all_fields, extra
 from softslip.config.parameters import Parameters
 from softslip.provenance.attribution import UNKNOWN
-from softslip.provenance.lineage import Product
+from softslip.provenance.product_labels import Product
 from softslip.provenance.trees import value_in
 
 CHANGED = "*"

@@ -16,7 +16,7 @@ from softslip.errors import ConfigError, DatasetError
 from softslip.files.layout import DATASET
 from softslip.files.storage import read_dataset
 from softslip.messages import brief, file_text
-from softslip.provenance.lineage import Product, read_product
+from softslip.provenance.product_labels import Product, read_product
 from softslip.provenance.tracing.wording import shown, with_error
 
 SAME_NUMBER = 5e-6

@@ -10,7 +10,7 @@ from softslip.files.stamps import FIGURE, check_figure
 from softslip.files.storage import read_dataset
 from softslip.messages import file_text
 from softslip.provenance.archive import FOUND, REPLACED, Archive
-from softslip.provenance.lineage import Parent, Product, read_product
+from softslip.provenance.product_labels import Parent, Product, read_product
 from softslip.provenance.tracing.ancestry import Node, Trace
 from softslip.provenance.tracing.contributions import RUN, Part, cells_of, fitted_parts, miscounted
 from softslip.provenance.tracing.targets import Target, Values, find_values

@@ -11,7 +11,7 @@ import xarray as xr
 from softslip.files.layout import DATASET
 from softslip.files.stamps import check_figure
 from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST, VOLATILE, read_dataset
-from softslip.provenance.lineage import Product, read_product
+from softslip.provenance.product_labels import Product, read_product
 from softslip.provenance.verification.pictures import drawing, figure_differences
 from softslip.provenance.verification.tolerances import (
     EARLY_STRAIN,

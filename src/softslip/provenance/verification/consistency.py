@@ -23,7 +23,7 @@ from softslip.messages import brief, file_text
 from softslip.provenance.archive import Archive, usual_place
 from softslip.provenance.attribution import UNKNOWN
 from softslip.provenance.fingerprints import fingerprint
-from softslip.provenance.lineage import Parent, Product
+from softslip.provenance.product_labels import Parent, Product
 from softslip.provenance.trees import flat_tree, value_in
 from softslip.provenance.verification.examination import RIGHT, Examination
 from softslip.provenance.verification.job_record import CLOCK_SLACK, is_after, job_faults

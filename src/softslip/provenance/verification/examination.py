@@ -15,7 +15,7 @@ from softslip.files.stamps import check_figure
 from softslip.files.storage import read_dataset
 from softslip.messages import file_text
 from softslip.provenance.archive import UNREADABLE
-from softslip.provenance.lineage import Product, product_of, read_product
+from softslip.provenance.product_labels import Product, product_of, read_product
 
 RIGHT, ALTERED = "right", "altered"
 """What a file is by its seal, its digests and the schema of its stage, unless `UNREADABLE`."""

@@ -6,7 +6,7 @@ from typing import Any
 
 from softslip.messages import brief
 from softslip.provenance.attribution import PROVENANCE, UNKNOWN
-from softslip.provenance.lineage import Product
+from softslip.provenance.product_labels import Product
 
 NOTED = (*PROVENANCE, "parent_records")
 """What a product must say of how it was made."""

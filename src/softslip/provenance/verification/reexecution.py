@@ -24,7 +24,7 @@ from softslip.files.stamps import FIGURE
 from softslip.messages import file_text
 from softslip.provenance.archive import Archive
 from softslip.provenance.fingerprints import fingerprint
-from softslip.provenance.lineage import Product
+from softslip.provenance.product_labels import Product
 from softslip.provenance.verification.agreement import DIFFERS, Agreement, compare
 from softslip.provenance.verification.survey import Verdict, Verification
 from softslip.provenance.verification.tolerances import Difference

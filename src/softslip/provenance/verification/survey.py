@@ -12,7 +12,7 @@ from softslip.messages import file_text
 from softslip.provenance.archive import UNREADABLE, Archive
 from softslip.provenance.environment import environment
 from softslip.provenance.fingerprints import fingerprints
-from softslip.provenance.lineage import Product
+from softslip.provenance.product_labels import Product
 from softslip.provenance.verification.consistency import Consistency, expected
 from softslip.provenance.verification.examination import Examination, examine
 

@@ -16,7 +16,7 @@ from softslip.files.stamps import FIGURE
 from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST, write_dataset
 from softslip.provenance.archive import Archive
 from softslip.provenance.attribution import Job, parents_of
-from softslip.provenance.lineage import Parent, read_product
+from softslip.provenance.product_labels import Parent, read_product
 
 RUN = "ab" * 8
 
