@@ -91,6 +91,7 @@ class Package:
         self.module = cache(self._module)
         self.definition = cache(self._definition)
         self.path_of = cache(self._path_of)
+        self.reached = cache(self._reached)
 
     def _path_of(self, module: str) -> Path | None:
         """Return the file of a module, if there is such a module."""
@@ -144,6 +145,20 @@ class Package:
         text = f"{name} {[writer.text(statement) for statement in bindings.statements]}"
         bindings.refer_to_hidden()
         return Definition(_digest(text), tuple(bindings.references))
+
+    def _reached(self, root: Key) -> dict[Key, int]:
+        """Return what a definition refers to, directly and through others, numbered from 0 on.
+
+        The numbers follow from the order of references alone, not from where the definitions are.
+        """
+        numbers = {root: 0}
+        waiting = [root]
+        for key in waiting:
+            for reference in self.definition(key).references:
+                if reference not in numbers:
+                    numbers[reference] = len(numbers)
+                    waiting.append(reference)
+        return numbers
 
     def _whole(self, module: str) -> Definition:
         read = self.module(module)

@@ -121,22 +121,7 @@ def read_code(package: Package) -> dict[str, Code]:
 
 def definitions_of(stage: str, package: Package) -> frozenset[Key]:
     """Return all that a stage's fingerprint is made of."""
-    return frozenset(key for root in _roots(stage, package) for key in reached(package, root))
-
-
-def reached(package: Package, root: Key) -> dict[Key, int]:
-    """Return what a definition refers to, directly and through others, with numbers from 0 on.
-
-    These follow from the order of the references alone, not from where the definitions are.
-    """
-    numbers = {root: 0}
-    waiting = [root]
-    for key in waiting:
-        for reference in package.definition(key).references:
-            if reference not in numbers:
-                numbers[reference] = len(numbers)
-                waiting.append(reference)
-    return numbers
+    return frozenset(key for root in _roots(stage, package) for key in package.reached(root))
 
 
 @cache
@@ -154,7 +139,7 @@ def _package() -> Package:
 
 def _read(stage: str, package: Package) -> Code:
     roots = _roots(stage, package)
-    modules = {module for root in roots for module, _ in reached(package, root)}
+    modules = {module for root in roots for module, _ in package.reached(root)}
     # Neither the order of the entries nor that of the imports matters.
     lines = sorted({_digest_from(package, root) for root in roots})
     lines += [
@@ -173,7 +158,7 @@ def _roots(stage: str, package: Package) -> list[Key]:
         roots.append(("softslip.config.fidelity", "LEVELS"))
     effects: list[Key] = []
     while True:
-        modules = {module for root in roots + effects for module, _ in reached(package, root)}
+        modules = {module for root in roots + effects for module, _ in package.reached(root)}
         loaded = sorted(package.loaded(modules))
         found = [(name, EFFECTS) for name in loaded if package.module(name).effects]
         if found == effects:
@@ -199,7 +184,7 @@ def entry(package: Package, name: str) -> Key:
 
 def _digest_from(package: Package, root: Key) -> str:
     """Return the digest of a definition and of all that it reaches."""
-    numbers = reached(package, root)
+    numbers = package.reached(root)
     read = map(package.definition, numbers)
     return _digest("\n".join(f"{d.digest} {[numbers[key] for key in d.references]}" for d in read))
 

@@ -150,6 +150,8 @@ class Writer:
             return self._node(value) if written is None else written
         if isinstance(value, list):
             return f"[{','.join([self.text(item) for item in value if not _is_idle(item)])}]"
+        if isinstance(value, int):
+            return str(value)
         # Which characters repr shows as they are depends on the Unicode tables of this Python.
         return ascii(value)
 

@@ -99,17 +99,25 @@ def names_in(statements: Iterable[ast.stmt]) -> UsedNames:
         waiting += _children(statement)
     while waiting:
         node = waiting.pop()
-        _note(node, used)
-        waiting += _children(node)
+        if isinstance(node, ast.Name):
+            used.names.add(node.id)
+            if not isinstance(node.ctx, ast.Load):
+                used.bound.add(node.id)
+        elif not isinstance(node, ast.Constant):
+            _note(node, used)
+            waiting += _children(node)
     used.mentioned |= used.names
     return used
+
+
+_NAMELESS = frozenset({"ctx", "op", "ops"})
+"""Fields of syntax trees without names."""
 
 
 def _children(node: ast.AST) -> list[ast.AST]:
     children = []
     for name in node._fields:
-        # Every name and attribute has one, which has no children.
-        if name == "ctx":
+        if name in _NAMELESS:
             continue
         part = getattr(node, name, None)
         if isinstance(part, ast.AST):
@@ -120,11 +128,7 @@ def _children(node: ast.AST) -> list[ast.AST]:
 
 
 def _note(node: ast.AST, used: UsedNames) -> None:
-    if isinstance(node, ast.Name):
-        used.names.add(node.id)
-        if not isinstance(node.ctx, ast.Load):
-            used.bound.add(node.id)
-    elif isinstance(node, ast.Attribute):
+    if isinstance(node, ast.Attribute):
         used.mentioned.add(node.attr)
     elif isinstance(node, ast.arg):
         used.bound.add(node.arg)
