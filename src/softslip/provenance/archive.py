@@ -97,7 +97,7 @@ class Archive:
         }
 
     def products(self) -> Iterator[Product | DatasetError]:
-        """Yield what each file is, or why that cannot be told, in the order of `files`."""
+        """Yield what each file is, or why that is not known, in the order of `files`."""
         for path in self.files:
             try:
                 yield read_product(path)

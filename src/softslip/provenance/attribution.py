@@ -82,10 +82,10 @@ class Job:
             See `provenance`.
         """
         read = list(parents)
-        told = self.provenance(read, fingerprint=fingerprint, **run)
+        record = self.provenance(read, fingerprint=fingerprint, **run)
         return {
             "parents": json.dumps(parents_of(read)),
-            "provenance": json.dumps(told, sort_keys=True),
+            "provenance": json.dumps(record, sort_keys=True),
         }
 
     def provenance(

@@ -119,12 +119,12 @@ def _product(path: Path, labels: Mapping[str, Any]) -> Product:
     provenance = _mapping(labels.get("provenance", {}))
     records = provenance.get("parent_records", [])
     listed = labels.get("parents", [])
-    told = json.loads(listed) if isinstance(listed, str) else listed
+    stated = json.loads(listed) if isinstance(listed, str) else listed
     # Both lists are written together; where one was not, its half is unknown.
-    records = records if len(records) == len(told) else [""] * len(told)
+    records = records if len(records) == len(stated) else [""] * len(stated)
     parents = tuple(
         Parent(str(each["stage"]), str(each["run"]), str(each[CONTENT_DIGEST]), str(record))
-        for each, record in zip(told, records, strict=True)
+        for each, record in zip(stated, records, strict=True)
     )
     return Product(
         path=path,

@@ -82,8 +82,8 @@ class StoredRun:
     @cached_property
     def provenance(self) -> Mapping[str, Any]:
         """Code, software, machine, times and effort; empty where they were not noted."""
-        told = json.loads(self.attributes.get("provenance", "{}"))
-        return {key: value for key, value in told.items() if key != "parent_records"}
+        record = json.loads(self.attributes.get("provenance", "{}"))
+        return {key: value for key, value in record.items() if key != "parent_records"}
 
     @cached_property
     def values(self) -> Mapping[str, Any]:
@@ -194,8 +194,8 @@ def with_file(run: StoredRun) -> StoredRun:
     attributes = text_attributes(run.path, LABELS)
     for key, wanted in (("stage", run.stage), ("run", run.run)):
         if attributes.get(key) != wanted:
-            told = brief(attributes.get(key))
-            raise DatasetError(f"{file_text(run.path)}: is of {key} {told}, not {wanted!r}")
+            stated = brief(attributes.get(key))
+            raise DatasetError(f"{file_text(run.path)}: is of {key} {stated}, not {wanted!r}")
     return replace(_stored(run.path, attributes), labels=run.labels)
 
 
@@ -227,8 +227,8 @@ def swept_parameters(
     varied: dict[str, str] = {}
     for run in last:
         for path, value in run.parameters.items():
-            told = json.dumps(value)
-            if varied.setdefault(path, told) != told:
+            text = json.dumps(value)
+            if varied.setdefault(path, text) != text:
                 varied[path] = ""
     fields = all_fields(Parameters)
     named = [path for table in tables for path in table.get("axes", {})]

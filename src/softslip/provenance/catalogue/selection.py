@@ -301,8 +301,8 @@ class Results:
                 listed = axes[self.swept[label]]
                 if value not in listed:
                     listed.append(value)
-        told = {"base": nested_tree(shared), "axes": axes, "query": list(self.asked)}
-        return json.dumps(told, allow_nan=False)
+        tree = {"base": nested_tree(shared), "axes": axes, "query": list(self.asked)}
+        return json.dumps(tree, allow_nan=False)
 
 
 def _rank(value: Any) -> tuple[int, Any]:

@@ -113,21 +113,21 @@ class Graph:
     def entity(self, identifier: str, kind: str, **properties: Any) -> dict[str, str]:
         """Add an entity that is no file, unless it is there, and return a reference to it."""
         if identifier not in self.crate:
-            told = {"@type": kind, **properties}
-            self.crate.add(ContextEntity(self.crate, identifier, properties=told))
+            details = {"@type": kind, **properties}
+            self.crate.add(ContextEntity(self.crate, identifier, properties=details))
         return {"@id": identifier}
 
     def file(self, each: CrateFile, **properties: Any) -> dict[str, str]:
         """Add a file, and return a reference to it."""
         suffix = PurePosixPath(each.name).suffix
-        told = {
+        details = {
             "name": PurePosixPath(each.name).name,
             "encodingFormat": ENCODINGS.get(suffix, "text/plain"),
             "contentSize": str(each.size),
             "sha256": each.sha256,
             **properties,
         }
-        self.crate.add(File(self.crate, dest_path=each.name, properties=told))
+        self.crate.add(File(self.crate, dest_path=each.name, properties=details))
         return {"@id": each.name}
 
     def agent(self) -> dict[str, str]:
@@ -157,8 +157,8 @@ class Graph:
     def engine_version(self) -> str | None:
         """Version of Snakemake, where it is known: that of the lock that all results name."""
         locks = [each for each in self.contents.others if each.name == LOCK]
-        told = {each.product.provenance.get("lock_sha256") for each in self.contents.results}
-        if not locks or told != {locks[0].sha256} or isinstance(locks[0].source, bytes):
+        noted = {each.product.provenance.get("lock_sha256") for each in self.contents.results}
+        if not locks or noted != {locks[0].sha256} or isinstance(locks[0].source, bytes):
             return None
         found = re.search(r"^snakemake==(\S+)", locks[0].source.read_text("utf-8"), re.MULTILINE)
         return found and found[1]

@@ -98,14 +98,14 @@ def _connection(graph: Graph, source: str, target: str) -> dict[str, str]:
 
 def add_step(graph: Graph, rule: str) -> None:
     """Add a step of the workflow, with the tools that did it and their parameters."""
-    told = STEPS[rule]
-    sources = [f"#{before}/output" for before in told.reads if before in graph.rules]
+    details = STEPS[rule]
+    sources = [f"#{before}/output" for before in details.reads if before in graph.rules]
     links = [(source, f"#{rule}/parent") for source in sources]
     inputs = []
     if sources:
-        what = f"Results of {' or '.join(told.reads)}."
+        what = f"Results of {' or '.join(details.reads)}."
         inputs.append(_parameter(graph, f"#{rule}/parent", "parent", what, "File"))
-    if told.takes_scenario:
+    if details.takes_scenario:
         what = "The scenario's file or name."
         inputs.append(_parameter(graph, f"#{rule}/scenario", "scenario", what, "File"))
         links.append(("#input/scenario", f"#{rule}/scenario"))
@@ -117,7 +117,7 @@ def add_step(graph: Graph, rule: str) -> None:
         f"#{rule}",
         "HowToStep",
         name=rule,
-        description=f"{told.purpose}.",
+        description=f"{details.purpose}.",
         position=str(list(STEPS).index(rule) + 1),
         workExample=one_or_all([{"@id": tool} for tool in tools]),
         **unless_none("connection", [_connection(graph, *link) for link in links]),
@@ -131,9 +131,9 @@ def add_tool(graph: Graph, result: Result, ends: Mapping[str, Any] | None = None
     """Add the command that made a result, as its code and software were then."""
     origin = result.product.provenance
     keys = ("commit", "dirty", "fingerprint", "environment")
-    told = {key: origin.get(key) for key in keys}
-    digest = hashlib.sha256(json.dumps(told).encode()).hexdigest()[:12]
-    commit, dirty = str(told["commit"]), "-dirty" if told["dirty"] else ""
+    details = {key: origin.get(key) for key in keys}
+    digest = hashlib.sha256(json.dumps(details).encode()).hexdigest()[:12]
+    commit, dirty = str(details["commit"]), "-dirty" if details["dirty"] else ""
     at = f"At commit {commit}{', with changes that are in no commit' if dirty else ''}"
     known = commit not in (UNKNOWN, "None")
     return graph.entity(
@@ -141,9 +141,9 @@ def add_tool(graph: Graph, result: Result, ends: Mapping[str, Any] | None = None
         "SoftwareApplication",
         name=f"softslip {STEPS[result.rule].command}",
         description=f"{at if known else 'At no known commit'}; the fingerprint of its code is "
-        f"{told['fingerprint']}.",
-        softwareVersion=f"{commit}{dirty}" if known else str(told["fingerprint"]),
-        softwareRequirements=one_or_all(_software(graph, str(told["environment"]))),
+        f"{details['fingerprint']}.",
+        softwareVersion=f"{commit}{dirty}" if known else str(details["fingerprint"]),
+        softwareRequirements=one_or_all(_software(graph, str(details["environment"]))),
         **(ends or {}),
         **_homepage(),
     )
@@ -187,10 +187,10 @@ def _kind(value: Any) -> str:
 def _homepage(package: str = "softslip") -> dict[str, str]:
     """Return the address of a software, where its package is here and names one."""
     try:
-        told = metadata(package)
+        details = metadata(package)
     except PackageNotFoundError:
         return {}
-    named: Iterable[str] = told.get_all("Project-URL") or ()
+    named: Iterable[str] = details.get_all("Project-URL") or ()
     addresses = [each.split(", ", 1)[1] for each in named]
-    first = next(iter([*(told.get_all("Home-page") or ()), *addresses]), None)
+    first = next(iter([*(details.get_all("Home-page") or ()), *addresses]), None)
     return {"url": first} if first else {}

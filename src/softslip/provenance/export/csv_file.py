@@ -91,13 +91,13 @@ class Table:
         named = self._named
         for one in self.series:
             size = len(next(iter(one.points.values())).values)
-            told = {(PANEL, "1"): [one.panel] * size, (SERIES, "1"): [one.name] * size}
+            filled = {(PANEL, "1"): [one.panel] * size, (SERIES, "1"): [one.name] * size}
             for name, each in one.at.items():
-                told[name, each.unit] = cells(np.array([each.values], dtype=object)) * size
+                filled[name, each.unit] = cells(np.array([each.values], dtype=object)) * size
             for name, each in one.points.items():
-                told[name, each.unit] = cells(np.asarray(each.values))
+                filled[name, each.unit] = cells(np.asarray(each.values))
             nothing = [""] * size
-            yield from zip(*(told.get(key, nothing) for key in named), strict=True)
+            yield from zip(*(filled.get(key, nothing) for key in named), strict=True)
 
 
 def cells(values: np.ndarray[Any, np.dtype[Any]]) -> list[str]:

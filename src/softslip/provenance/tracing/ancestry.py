@@ -83,7 +83,7 @@ class Trace:
     values
         Its numbers, None where a whole file was asked for.
     parts
-        What each run has in these numbers; None where that cannot be told, or for a file.
+        What each run has in these numbers; None where that is not known, or for a file.
     nodes
         The target's file first, then by distance from it.
     edges
@@ -109,10 +109,10 @@ class Trace:
     def swept(self) -> Mapping[str, Mapping[str, Any]]:
         """What sets each node apart from others of its stage, by the node's identity."""
         found = [node for node in self.nodes if node.product is not None]
-        told = swept_values(self.products)
+        coordinates = swept_values(self.products)
         at = {part.run: part.coordinates for part in self.parts or ()}
         lost = {node.id: at.get(node.run, {}) for node in self.nodes if node.stage == STAGES[-1]}
-        return lost | {node.id: each for node, each in zip(found, told, strict=True)}
+        return lost | {node.id: each for node, each in zip(found, coordinates, strict=True)}
 
     @cached_property
     def depths(self) -> Mapping[str, int]:

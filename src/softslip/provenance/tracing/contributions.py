@@ -1,4 +1,4 @@
-"""Which runs a value was computed from, told from the table of runs that it goes back to."""
+"""Which runs a value was computed from, from the table of runs that it goes back to."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -226,7 +226,7 @@ def _tested(fits: xr.Dataset, curve: xr.Dataset, law: Law) -> xr.DataArray:
         reasons["without a yield stress"] = threshold.notnull()
         word = "above" if law.side > 0 else "below"
         reasons[f"not {word} the yield stress"] = law.side * (stress - threshold) > 0
-    told = xr.full_like(value, ENTERED, dtype=object)
+    verdicts = xr.full_like(value, ENTERED, dtype=object)
     for reason, passed in reasons.items():
-        told = told.where((told != ENTERED) | passed, reason)
-    return told
+        verdicts = verdicts.where((verdicts != ENTERED) | passed, reason)
+    return verdicts

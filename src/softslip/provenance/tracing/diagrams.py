@@ -66,11 +66,11 @@ def _heading(trace: Trace, behind: int) -> str:
     if not nodes:
         return "value"
     counts = Counter(node.stage for node in nodes)
-    told = [f"{count} × {stage}" if count > 1 else stage for stage, count in counts.items()]
+    counted = [f"{count} × {stage}" if count > 1 else stage for stage, count in counts.items()]
     spent = joint_provenance(
         node.product for node in nodes if node.product is not None
     ).core_seconds
-    return f"{', '.join(told)}\n{effort(spent)}"
+    return f"{', '.join(counted)}\n{effort(spent)}"
 
 
 def _notes(trace: Trace) -> list[str]:

@@ -173,8 +173,8 @@ def measured(values: Values) -> str:
     tail = f", {unknown} unknown" if unknown else ""
     if not known or isinstance(known[0], bool | str):
         counts = Counter(map(with_error, known))
-        told = ", ".join(f"{count} {word}" for word, count in sorted(counts.items()))
-        return f"{len(cells)} values: {told or 'none known'}"
+        summary = ", ".join(f"{count} {word}" for word, count in sorted(counts.items()))
+        return f"{len(cells)} values: {summary or 'none known'}"
     return (
         f"{len(cells)} values from {min(known):g} to {max(known):g} {values.units}".strip() + tail
     )

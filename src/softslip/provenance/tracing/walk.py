@@ -20,7 +20,7 @@ LAST = STAGES[-1]
 
 
 def results_folder(path: Path) -> Path:
-    """Return the folder of results that a file lies in, its own where none can be told."""
+    """Return the folder of results that a file lies in, its own where there is none."""
     for folder in path.absolute().parents:
         if any((folder / stage).is_dir() for stage in (LAST, STAGES[0])):
             # As it was given, so that what is shown is no longer than needed.
@@ -100,7 +100,7 @@ class _Walk:
             self.problems.append((node.id, str(error)))
 
     def parts(self, values: Values, root: Node) -> list[Part] | None:
-        """Return what each run has in some values, None where that cannot be told."""
+        """Return what each run has in some values, None where that is not known."""
         dataset, variable, places = values.dataset, values.variable, values.places
         if RUN in dataset:
             return cells_of(dataset, variable, places)

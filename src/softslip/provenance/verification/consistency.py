@@ -169,7 +169,7 @@ class Consistency:
         """Compare a table's cells with its parents and their parameters."""
         cells = self.examined[product.path].cells
         if cells is None:
-            yield "has no run_id, so that it cannot be told which runs it was made from"
+            yield "has no run_id, so that the runs that it was made from are not known"
             return
         if any(each.done != bool(each.run) for each in cells):
             yield "names runs where its status is missing, or none where it is done"

@@ -133,8 +133,8 @@ def _is_feasible(verdict: Verdict, product: Product, archive: Archive, unsound: 
 
 
 def _task(folder: Path, name: str, product: Product, stretch: bool) -> Rerun:
-    told = product.provenance
-    seconds = float(told["core_seconds"]) / max(int(told["threads"]), 1)
+    record = product.provenance
+    seconds = float(record["core_seconds"]) / max(int(record["threads"]), 1)
     found = _checkpoint(folder, product) if stretch else None
     if found is None:
         return Rerun(name, product, None, seconds)
