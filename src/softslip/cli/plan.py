@@ -81,12 +81,17 @@ def _print_error(sentence: str) -> None:
 
 def _summary(made: "Plan") -> Table:
     """Return a table with a row for each stage, and one for all of them."""
-    from softslip.operations.schedule import BEGIN, RESUME, REUSE, RUNNING, SKIP
+    from softslip.operations.schedule import Action
 
     table = Table("stage")
-    names = {BEGIN: "to do", RESUME: "to resume", RUNNING: "running", REUSE: "reused"}
-    if any(stage.counts[SKIP] for stage in made.stages.values()):
-        names[SKIP] = "not needed"
+    names = {
+        Action.BEGIN: "to do",
+        Action.RESUME: "to resume",
+        Action.RUNNING: "running",
+        Action.REUSE: "reused",
+    }
+    if any(stage.counts[Action.SKIP] for stage in made.stages.values()):
+        names[Action.SKIP] = "not needed"
     for name in (*names.values(), "core-hours", "give or take", "disk"):
         table.add_column(name, justify="right")
     table.add_column("because")
@@ -109,7 +114,7 @@ def _cost(part: "Plan | StagePlan") -> list[str]:
 
 def _remarks(made: "Plan", other: Scenario | None, cores: int) -> list[RenderableType]:
     """Return lines on time, on where estimates come from, and on what needs attention."""
-    from softslip.operations.schedule import CHANGED, DAMAGED
+    from softslip.operations.schedule import Reason
 
     lines = []
     if made.chain:
@@ -123,10 +128,10 @@ def _remarks(made: "Plan", other: Scenario | None, cores: int) -> list[Renderabl
         lines.append(f"estimated from {source}")
     else:
         lines.append("nothing to do")
-    changed = sum(stage.reasons.get(CHANGED, 0) for stage in made.stages.values())
+    changed = sum(stage.reasons.get(Reason.CHANGED, 0) for stage in made.stages.values())
     if changed:
         lines.append(f"{counted(changed, 'dataset')} made by other code than the present one")
-    damaged = [run for run in made.runs if run.reason == DAMAGED]
+    damaged = [run for run in made.runs if run.reason == Reason.DAMAGED]
     if damaged:
         paths = ", ".join(f"{run.stage}/{run.run}.nc" for run in damaged)
         lines.append(f"cannot be read, and Snakemake does not notice; delete: {paths}")
@@ -141,9 +146,9 @@ def _runs_table(scenario: Scenario, made: "Plan", every: bool) -> list[Renderabl
 
     Where nothing was ever done, all runs are new, and the scenario is shorter than their list.
     """
-    from softslip.operations.schedule import REUSE
+    from softslip.operations.schedule import Action
 
-    extended = made.gone is not None or any(run.action == REUSE for run in made.runs)
+    extended = made.gone is not None or any(run.action == Action.REUSE for run in made.runs)
     shown = [run for run in made.runs if every or (run.new and extended)]
     if not shown:
         return []

@@ -21,22 +21,12 @@ from softslip.files.labels import text_attributes
 from softslip.operations.costs import Correction, Costs, Estimate, Measured, shipped
 from softslip.operations.listing import ListedFile
 from softslip.operations.schedule import (
-    ACTIONS,
-    BEGIN,
-    CHANGED,
-    DAMAGED,
-    MISSING,
-    NEWER,
     OPEN,
-    PARENT,
-    REASONS,
-    RESUME,
-    REUSE,
-    RUNNING,
-    SKIP,
+    Action,
     Key,
     Plan,
     PlannedRun,
+    Reason,
     StagePlan,
     run_before,
 )
@@ -96,12 +86,12 @@ def make_plan(
         correction = costs.correction(stage, _finished(stage, table, datasets))
         own = []
         for run in (each for each in status.runs if each.stage == stage):
-            row, reason = table[run.run], reasons.get((stage, run.run), "")
+            row, reason = table[run.run], reasons.get((stage, run.run), Reason.NONE)
             action = _action(run, reason, (stage, run.run) in datasets, run_before(row) in reasons)
             estimate = Estimate(0.0, 0.0)
             if action in OPEN:
                 estimate = costs.estimate(stage, row.parameters).corrected(correction)
-            new = run.run not in others[stage] if others else reason == MISSING
+            new = run.run not in others[stage] if others else reason == Reason.MISSING
             own.append(_planned(run, row.parent, action, reason, new, estimate))
         planned += own
         stages[stage] = _stage_plan(own, correction)
@@ -124,49 +114,54 @@ def _dataset(file: ListedFile, stage: str, run: str) -> _Dataset:
     return _Dataset(file, code, seconds)
 
 
-def _reasons(tables: Tables, datasets: Mapping[Key | None, _Dataset]) -> dict[Key, str]:
+def _reasons(tables: Tables, datasets: Mapping[Key | None, _Dataset]) -> dict[Key, Reason]:
     """Return why runs are to be done, by stage and run.
 
     From the shears back, what is to be done needs its parent; from the packings on, what is to be
     done makes its children be done again.
     """
-    reasons: dict[Key, str] = {}
+    reasons: dict[Key, Reason] = {}
     for stage in reversed(STAGES):
         for run, row in tables[stage].items():
             key, before = (stage, run), run_before(row)
             if key not in datasets:
                 # Of the other stages only what is needed is made.
                 if stage == STAGES[-1]:
-                    reasons[key] = MISSING
+                    reasons[key] = Reason.MISSING
             elif datasets[key].code is None:
-                reasons[key] = DAMAGED
+                reasons[key] = Reason.DAMAGED
             elif datasets[key].code != fingerprint(stage):
-                reasons[key] = CHANGED
+                reasons[key] = Reason.CHANGED
             elif before in datasets and datasets[before].file.changed > datasets[key].file.changed:
-                reasons[key] = NEWER
+                reasons[key] = Reason.NEWER
             if key in reasons and before is not None and before not in datasets:
-                reasons[before] = MISSING
+                reasons[before] = Reason.MISSING
     for stage in STAGES:
         for run, row in tables[stage].items():
             if run_before(row) in reasons and (stage, run) in datasets:
-                reasons.setdefault((stage, run), PARENT)
+                reasons.setdefault((stage, run), Reason.PARENT)
     return reasons
 
 
-def _action(run: RunStatus, reason: str, has_dataset: bool, parent_rerun: bool) -> str:
+def _action(run: RunStatus, reason: Reason, has_dataset: bool, parent_rerun: bool) -> Action:
     if run.state == "running":
-        return RUNNING
+        return Action.RUNNING
     if not reason:
-        return REUSE if has_dataset else SKIP
+        return Action.REUSE if has_dataset else Action.SKIP
     # A checkpoint that began with another parent is passed over, and a finished run has none.
-    return RESUME if run.progress is not None and not parent_rerun else BEGIN
+    return Action.RESUME if run.progress is not None and not parent_rerun else Action.BEGIN
 
 
 def _planned(
-    run: RunStatus, parent: str | None, action: str, reason: str, new: bool, estimate: Estimate
+    run: RunStatus,
+    parent: str | None,
+    action: Action,
+    reason: Reason,
+    new: bool,
+    estimate: Estimate,
 ) -> PlannedRun:
     fraction, seconds, progress = 0.0, estimate.core_seconds, run.progress
-    if action in (RESUME, RUNNING) and progress is not None:
+    if action in (Action.RESUME, Action.RUNNING) and progress is not None:
         fraction = progress.fraction
         # What the run itself has shown is worth more than what others have.
         own = progress.remaining
@@ -194,8 +189,8 @@ def _stage_plan(runs: Sequence[PlannedRun], correction: Correction) -> StagePlan
     actions = Counter(run.action for run in runs)
     reasons = Counter(run.reason for run in runs if run.reason)
     return StagePlan(
-        {action: actions[action] for action in ACTIONS},
-        {reason: reasons[reason] for reason in REASONS if reasons[reason]},
+        {action: actions[action] for action in Action},
+        {reason: reasons[reason] for reason in Reason if reasons[reason]},
         math.fsum(run.core_seconds for run in runs),
         math.fsum(run.size for run in runs),
         correction.factor,

@@ -5,28 +5,42 @@ import math
 from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import StrEnum
 from functools import cached_property
 from typing import Any
 
 from softslip.config.scenario import StageRun
 from softslip.config.stages import STAGES
 
-RUNNING, RESUME, BEGIN, REUSE, SKIP = "running", "resume", "begin", "reuse", "skip"
-ACTIONS = (BEGIN, RESUME, RUNNING, REUSE, SKIP)
-"""What becomes of a run of a stage: it begins, resumes from a checkpoint, is being worked on, its
-dataset is used as it is, or it is missing and nobody needs it."""
 
-OPEN = (BEGIN, RESUME, RUNNING)
+class Action(StrEnum):
+    """What becomes of a run of a stage."""
+
+    BEGIN = "begin"
+    RESUME = "resume"
+    """From a checkpoint."""
+    RUNNING = "running"
+    """A process works on it."""
+    REUSE = "reuse"
+    """Its dataset is used as it is."""
+    SKIP = "skip"
+    """Its dataset is missing, and no other run needs it."""
+
+
+OPEN = (Action.BEGIN, Action.RESUME, Action.RUNNING)
 """Where something is left to do."""
 
-MISSING, CHANGED, PARENT, NEWER, DAMAGED = REASONS = (
-    "missing",
-    "code changed",
-    "parent rerun",
-    "parent newer",
-    "unreadable",
-)
-"""Why a run of a stage is to be done."""
+
+class Reason(StrEnum):
+    """Why a run of a stage is to be done; `NONE`, which is empty, where it is not."""
+
+    NONE = ""
+    MISSING = "missing"
+    CHANGED = "code changed"
+    PARENT = "parent rerun"
+    NEWER = "parent newer"
+    DAMAGED = "unreadable"
+
 
 Key = tuple[str, str]
 """Stage and run."""
@@ -43,9 +57,9 @@ class PlannedRun:
     coordinates
         The swept values that all the runs have which share it, by the label of their axis.
     action
-        One of `ACTIONS`.
+        What becomes of it.
     reason
-        One of `REASONS` where it is to be done, empty where it is not.
+        Why it is to be done, if it is.
     fraction
         Part of the stage's time that has passed, where there is a checkpoint to resume from.
     new
@@ -59,8 +73,8 @@ class PlannedRun:
     run: str
     parent: str | None
     coordinates: Mapping[str, Any]
-    action: str
-    reason: str
+    action: Action
+    reason: Reason
     fraction: float
     new: bool
     core_seconds: float
@@ -79,7 +93,7 @@ class StagePlan:
     Attributes
     ----------
     counts
-        How many there are by action, in the order of `ACTIONS`.
+        How many there are by action, in the order of `Action`.
     reasons
         How many are to be done by reason, those that there are.
     core_seconds, size
@@ -90,8 +104,8 @@ class StagePlan:
         Finished runs of the scenario that the estimate was corrected by.
     """
 
-    counts: Mapping[str, int]
-    reasons: Mapping[str, int]
+    counts: Mapping[Action, int]
+    reasons: Mapping[Reason, int]
     core_seconds: float
     size: float
     factor: float
@@ -166,7 +180,7 @@ class Plan:
         children: defaultdict[int | None, list[int]] = defaultdict(list)
         for place, run in enumerate(runs):
             children[places.get(run_before(run))].append(place)
-        ready = [(runs[place].action != RUNNING, place) for place in children[None]]
+        ready = [(runs[place].action != Action.RUNNING, place) for place in children[None]]
         heapq.heapify(ready)
         now, working = 0.0, list[tuple[float, int]]()
         while ready or working:
