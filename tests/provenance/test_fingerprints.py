@@ -12,7 +12,8 @@ import pytest
 
 from softslip.config.stages import STAGES
 from softslip.provenance import fingerprints
-from softslip.provenance.definitions import EFFECTS, ROOMS, WHOLE, ModuleName, Package
+from softslip.provenance.bindings import EFFECTS, WHOLE, ModuleName
+from softslip.provenance.definitions import ROOMS, Package
 from softslip.provenance.fingerprints import (
     DATA,
     DIGITS,

@@ -26,7 +26,8 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from softslip.provenance.definitions import DEFAULTS, EFFECTS, WHOLE, Key, ModuleName, Package
+from softslip.provenance.bindings import DEFAULTS, EFFECTS, WHOLE, Key, ModuleName
+from softslip.provenance.definitions import Package
 
 FOLDER = Path(__file__).parents[1]
 """Where its files are."""
