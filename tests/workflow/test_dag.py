@@ -1,12 +1,16 @@
 """What Snakemake would do, from dry runs."""
 
+import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 from projects import copy_project
+
+import softslip
 
 pytestmark = pytest.mark.workflow
 
@@ -35,6 +39,37 @@ def test_stresses_share_packing_expansion_and_ageing(copy: Path) -> None:
     assert stages == {"packing": 2, "expansion": 2, "ageing": 2, "shear": 12}
     assert found["figure"] == 3
     assert found["snapshot"] == 12
+
+
+@pytest.fixture
+def longer_list(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Put a package whose list of products holds one more dataset and figure before this one."""
+    package = tmp_path / "package" / "softslip"
+    shutil.copytree(
+        Path(softslip.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__")
+    )
+    path = package / "files" / "products.py"
+    text = path.read_text()
+    for old, new in (
+        ("TABLES = (", 'TABLES = ("toy_table", '),
+        ("OVERVIEWS = (", 'OVERVIEWS = ("toy_figure", '),
+        ("    SNAPSHOT: (", '    "toy_figure": ("toy_table", FITS),\n    SNAPSHOT: ('),
+    ):
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    path.write_text(text)
+    paths = [str(package.parent), *filter(None, [os.environ.get("PYTHONPATH")])]
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(paths))
+
+
+@pytest.mark.usefixtures("longer_list")
+def test_rules_make_a_table_and_a_figure_that_the_list_of_products_adds(copy: Path) -> None:
+    found = jobs(copy)
+    assert (found["gather"], found["figure"]) == (4, 4)
+    shown = snakemake(copy, "--dry-run", "results/demo/figures/toy_figure.png").stdout
+    needed = re.search(r"toy_figure.png; Input files updated by another job: (.*)", shown)
+    assert needed is not None, shown
+    assert set(needed[1].split(", ")) == {"results/demo/toy_table.nc", "results/demo/fits.nc"}
 
 
 def test_both_snakefiles_ask_for_the_same(copy: Path) -> None:

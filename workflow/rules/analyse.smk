@@ -1,5 +1,7 @@
 # Datasets over all runs of the scenario: each swept parameter is a dimension.
 
+from softslip.files.products import TABLES as GATHERED
+
 SHEARED = [f"{RESULTS}/shear/{run}.nc" for run in TABLES["shear"]]
 
 
@@ -13,7 +15,7 @@ rule gather:
     benchmark:
         f"{RESULTS}/benchmarks/{{table}}.tsv"
     wildcard_constraints:
-        table="flow_curve|creep|profiles",
+        table="|".join(GATHERED),
     conda:
         f"../{ENVIRONMENT}"
     params:

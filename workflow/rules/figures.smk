@@ -1,9 +1,9 @@
 # The paper's figures from the datasets.
 
+from softslip.files.products import FIGURES, OVERVIEWS
+
 FIGURE_DATA = {
-    "flow_curves": [f"{RESULTS}/flow_curve.nc", f"{RESULTS}/fits.nc"],
-    "creep": [f"{RESULTS}/creep.nc"],
-    "profiles": [f"{RESULTS}/profiles.nc"],
+    figure: [f"{RESULTS}/{dataset}.nc" for dataset in FIGURES[figure]] for figure in OVERVIEWS
 }
 
 
