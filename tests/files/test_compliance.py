@@ -140,11 +140,10 @@ def benchmarks():
     words = {key: {"a": "some", "b": "other"} for key in WORDS}
     named = {key: {"a": 1.0, "b": 2.0} for key, dim in TABLES.items() if dim != "part"}
     alone = {key: 1.0 for key in UNITS if key not in (*TABLES, "time")}
-    apart = ("element", "trimming")
     return {
         "run": {"ratio": 2.0, "paper": alone, "level": alone},
         "scaling": {
-            **{key: [1.0, 2.0] for key in ("particles", "nodes", "seconds", "bandwidth")},
+            **{key: [1.0, 2.0] for key in ("particles", "nodes", "seconds")},
             **{key: {"fft": [1.0, 2.0]} for key, dim in TABLES.items() if dim == "part"},
         },
         "trajectory": {
@@ -152,9 +151,7 @@ def benchmarks():
             SERIES: {key: {"grid": [1.0, 2.0], "seed": [2.0, 3.0]} for key in series},
             **{key: each for key, each in named.items() if TABLES[key] in ("quantity", "run")},
         },
-        "memory": {"peak": {"packing": 1.0, "expansion": 2.0}},
-        "trimming": {key: each for key, each in named.items() if TABLES[key] == apart[1]},
-        "elements": {key: each for key, each in named.items() if TABLES[key] == apart[0]} | words,
+        "elements": {key: each for key, each in named.items() if TABLES[key] == "element"} | words,
     }
 
 

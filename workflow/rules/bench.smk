@@ -7,20 +7,17 @@ BENCHMARKS = {
     "run_100": "run --particles 100 --fidelity standard",
     "run_800": "run --particles 800 --fidelity standard",
     "scaling": "scaling",
-    "memory": "memory --particles 800",
-    "trimming": "trimming",
     "trajectory": "trajectory",
 }
 
 # The benchmark figure's datasets, that of the bars over N first.
-COMPARED = ["scaling", "mobility_100", "mobility_800", "run_100", "run_800", "memory"]
+COMPARED = ["scaling", "mobility_100", "mobility_800", "run_100", "run_800"]
 
 
 rule bench:
     input:
         "results/bench/benchmark.png",
         "results/bench/trajectory.png",
-        "results/bench/trimming.nc",
     localrule: True
 
 

@@ -44,7 +44,7 @@ def _bench_table(dataset: xr.Dataset) -> Table:
     for count in dataset["particles"].values.ravel():
         table.add_column(str(count), justify="right")
     for name, variable in dataset.data_vars.items():
-        if {"time", "trimming", "element"} & set(variable.dims):
+        if {"time", "element"} & set(variable.dims):
             continue
         dim = next((dim for dim in variable.dims if dim != "particles"), None)
         for label in [""] if dim is None else variable[dim].values:
@@ -52,23 +52,6 @@ def _bench_table(dataset: xr.Dataset) -> Table:
             if chosen.notnull().all():
                 values = [f"{value:.4g}" for value in chosen.values.ravel()]
                 table.add_row(f"{name} {label}".strip(), variable.attrs["units"], *values)
-    return table
-
-
-def _trimming_table(dataset: xr.Dataset) -> Table:
-    """Return a table with a row for each trimming; changes stand beside their errors."""
-    title = "core-seconds per time unit, and relative changes ± error of the estimate"
-    table = Table("trimming", title=title, caption=f"Errors from {dataset.attrs['errors']}.")
-    for words in ("with it", "without", "saved", "wall rate", "bulk rate", "slip velocity"):
-        table.add_column(words, justify="right")
-    for name in dataset["trimming"].values:
-        row = dataset.sel(trimming=name)
-        seconds = [f"{float(row[key]):.3g}" for key in ("trimmed_seconds", "untrimmed_seconds")]
-        changes = [
-            f"{float(row[f'{key}_change']):.1e} ± {float(row[f'{key}_error']):.1e}"
-            for key in ("shear_rate_wall", "shear_rate_bulk", "slip_velocity")
-        ]
-        table.add_row(name, *seconds, f"{float(row['saved']):.1%}", *changes)
     return table
 
 
@@ -88,8 +71,6 @@ def _show_bench(result: Mapping[str, Any], as_json: bool, output: Path | None) -
         return
     console = Console(width=None if sys.stdout.isatty() else 160)
     console.print(_bench_table(dataset))
-    if "trimming" in dataset.dims:
-        console.print(_trimming_table(dataset))
     if "element" in dataset.dims:
         from softslip.studies.bench import elements_table
 
@@ -139,41 +120,11 @@ def bench_scaling_command(
     as_json: AsJson = False,
     output: Measured = None,
 ) -> None:
-    """Time an evaluation and its parts for several numbers of particles, against the roofline."""
+    """Time an evaluation and its parts for several numbers of particles."""
     from softslip.studies.bench import SIZES, bench_scaling
 
     sizes = sorted(set(particles)) if particles else SIZES
     result = bench_scaling(sizes, fidelity, budget=budget, tell=_tell)
-    _show_bench(result, as_json, output)
-
-
-@app.command(name="memory")
-@one_line_errors
-def bench_memory_command(
-    particles: Particles = 800,
-    fidelity: Fidelity = "paper",
-    as_json: AsJson = False,
-    output: Measured = None,
-) -> None:
-    """Measure the peak memory of packing, growing and evaluating, in a process for each."""
-    from softslip.studies.bench import bench_memory
-
-    _show_bench(bench_memory(particles, fidelity, tell=_tell), as_json, output)
-
-
-@app.command(name="trimming")
-@one_line_errors
-def bench_trimming_command(
-    particles: Particles = 100,
-    fidelity: Fidelity = "paper",
-    budget: Budget = 2.0,
-    as_json: AsJson = False,
-    output: Measured = None,
-) -> None:
-    """Measure what work that is left out of a run saves, and that the flow stays the same."""
-    from softslip.studies.bench import bench_trimming
-
-    result = bench_trimming(particles, fidelity, budget=budget, tell=_tell)
     _show_bench(result, as_json, output)
 
 

@@ -13,31 +13,23 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from projects import copy_project
-from scipy.spatial import cKDTree
 from typer.testing import CliRunner
 
 from softslip.analysis import figures
 from softslip.cli import app
-from softslip.errors import ConfigError, SoftslipError
+from softslip.errors import ConfigError
 from softslip.files.storage import read_dataset, write_dataset
 from softslip.simulation import assembly
-from softslip.simulation.assembly import contact_law
 from softslip.simulation.expansion import membrane_node_counts
 from softslip.simulation.sample import particle_radii
-from softslip.solver.contacts import Contacts
 from softslip.solver.membrane import membrane_areas
-from softslip.solver.mobility.window import WIDTH
 from softslip.studies import bench, scenes, timing
 from softslip.studies.bench import (
     memory,
     mobility,
-    roofline,
     run,
     scaling,
     trajectory,
-    trimmed,
-    trimming,
-    trimming_contacts,
 )
 
 SMALL, LEVEL = 24, "paper"
@@ -58,12 +50,11 @@ def on_paper_nodes(flowing):
 
 @pytest.fixture(scope="module")
 def results(flowing):
-    """Each benchmark but that of memory, at the smallest size and without repeats."""
+    """Each benchmark at the smallest size and without repeats."""
     return {
         "mobility": bench.bench_mobility(SMALL, LEVEL, budget=0.0),
         "run": bench.bench_run(SMALL, LEVEL, gap=GAP, budget=0.0, level_time=0.5),
         "scaling": bench.bench_scaling((16, SMALL), LEVEL, budget=0.0),
-        "trimming": bench.bench_trimming(SMALL, LEVEL, duration=1.0, budget=0.0),
     }
 
 
@@ -233,6 +224,8 @@ def test_a_run_costs_what_its_steps_cost(results):
     assert found["paper"]["steps"] == pytest.approx(500)
     assert found["paper"]["duration"] == found["stretch"]
     assert found["level"]["duration"] == pytest.approx(0.5)
+    memory_of = {name: found[name]["peak_memory"] for name in ("paper", "level")}
+    assert found["memory_ratio"] == memory_of["paper"] / memory_of["level"]
     # Both begin with tethers that leave 2 % of the walls' deformation.
     assert abs(found["rate_difference"]) < 0.02
 
@@ -253,95 +246,18 @@ def test_parts_add_up_to_the_velocities_of_an_evaluation(flowing):
     np.testing.assert_allclose(found, wanted, atol=1e-12 * np.abs(wanted).max())
 
 
-def test_pairs_are_counted_as_they_are(flowing):
-    anatomy = scaling.Anatomy(flowing)
-    anatomy.works()["near"]()
-    counts, layout = anatomy.counts(), flowing.layout
-    length = flowing.parameters.channel.length
-    nodes = flowing.suspension.positions(flowing.state) % (length, np.inf)
-    tree = cKDTree(nodes, boxsize=(length, 0.0))
-    close = tree.query_pairs(anatomy.ewald.reach, output_type="ndarray")
-    walls = (close >= layout.particle_nodes).all(axis=1)
-    assert counts.pairs == len(close)
-    assert counts.rigid == walls.sum()
-    assert counts.listed >= counts.pairs - counts.rigid
-    assert counts.points == flowing.parameters.steric.refinement * layout.nodes
-
-
 def test_parts_take_the_time_of_an_evaluation_between_them(results):
     found = results["scaling"]
     assert set(found["nanoseconds"]) == set(scaling.PARTS)
     for number, whole in enumerate(found["seconds"]):
         parts = sum(times[number] for times in found["nanoseconds"].values())
         assert parts * found["nodes"][number] == pytest.approx(scaling.NANO * whole)
-    judged = set(scaling.PARTS) - {"control"}
-    for table in ("bytes", "operations", "fraction"):
-        assert set(found[table]) == judged
-        assert min(every_number(found[table])) > 0
 
 
 def test_the_exponent_is_that_of_a_power_law():
     sizes = np.array([50, 100, 400])
     assert scaling.fitted_exponent(sizes, 3e-5 * sizes**1.1) == pytest.approx(1.1)
     assert "exponent" not in bench.bench_scaling((SMALL,), LEVEL, budget=0.0)
-
-
-COUNTS = roofline.Counts(
-    nodes=1000,
-    particle_nodes=900,
-    points=3000,
-    mesh=(32, 64),
-    pairs=50_000,
-    rigid=400,
-    listed=60_000,
-    touching=2000,
-)
-
-
-def test_loads_hold_the_least_that_must_be_done():
-    found = roofline.loads(COUNTS)
-    window = 2 * 2 * 1000 * WIDTH**2
-    mesh = 16 * (32 + WIDTH) * (64 + WIDTH)
-    for part in ("spread", "gather"):
-        assert window < found[part].operations < 2.2 * window
-        assert found[part].bytes > mesh
-    assert found["fft"].operations == 2048 * (2 * 5 * 11 + 10)
-    # Two vectors of two components, each times a scalar and a projection, for each pair.
-    assert found["near"].operations > 24 * 50_000
-    assert found["near"].bytes > 4 * 60_000
-
-
-@pytest.mark.parametrize(
-    ("more", "parts"),
-    [
-        ({"nodes": 2000}, {"spread", "gather", "near", "contact", "quadrature"}),
-        ({"particle_nodes": 999}, {"membrane"}),
-        ({"points": 6000}, {"contact"}),
-        ({"mesh": (64, 64)}, {"spread", "fft", "gather"}),
-        ({"pairs": 55_000}, {"near"}),
-        ({"listed": 70_000}, {"near"}),
-        ({"touching": 3000}, {"contact"}),
-    ],
-)
-def test_loads_grow_with_what_there_is_to_do(more, parts):
-    before, after = roofline.loads(COUNTS), roofline.loads(replace(COUNTS, **more))
-    assert {part for part in before if before[part] != after[part]} == parts
-    for part in parts:
-        assert after[part].bytes >= before[part].bytes
-        assert after[part].operations >= before[part].operations
-
-
-def test_the_roofline_is_the_slower_of_moving_and_calculating():
-    machine = timing.Machine(bandwidth=10.0, rate=100.0)
-    assert machine.attainable(20.0, 100.0) == 2.0
-    assert machine.attainable(20.0, 500.0) == 5.0
-
-
-def test_the_arithmetic_that_is_timed_is_done():
-    arguments, values = np.linspace(0.5, 0.9, 5), np.empty(5)
-    timing._evaluate(arguments, 3, values)
-    wanted = [sum(x**k for k in range(timing.DEGREE)) + 3 * x**timing.DEGREE for x in arguments]
-    np.testing.assert_allclose(values, wanted, rtol=1e-13)
 
 
 def test_works_take_turns_in_their_order():
@@ -352,32 +268,18 @@ def test_works_take_turns_in_their_order():
     assert all(0 <= seconds < math.inf for seconds in least.values())
 
 
-@pytest.fixture(scope="module")
-def peaks(tmp_path_factory):
-    """The benchmark of memory with all its parts in this process, which spares their imports."""
-
-    def here(stage, *words):
-        memory._do(stage, *words[:-1], tmp_path_factory.getbasetemp() / "membranes.nc")
-        return {memory.IMPORTED: 1.0, stage: memory.peak_memory()}
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(memory, "_in_a_child", here)
-        return bench.bench_memory(SMALL, LEVEL, gap=GAP)
-
-
 @pytest.mark.slow
-def test_memory_is_that_of_each_part_alone():
+def test_memory_is_that_of_each_scheme_alone():
     """The mesh of the paper's scheme has 768 x 5120 points, and its field and modes as many."""
     ballast = np.ones(60_000_000)  # What this process holds must not count in others.
-    found = bench.bench_memory(SMALL, LEVEL)
-    peak = found["peak"]
-    assert set(peak) == {memory.IMPORTED, *memory.STAGES}
-    for stage in memory.STAGES:
-        assert peak[stage] > peak[memory.IMPORTED]
+    membranes = scenes.expanded(SMALL, LEVEL).rename(area="reference_area")
+    level, paper = (
+        memory.memory_of_evaluation(membranes, parameters)
+        for parameters in (scenes.parameters_of(SMALL, LEVEL), run.paper_scheme(SMALL))
+    )
     # Half of it covers what kernels the two do not share.
-    assert peak["paper"] - peak["level"] > 0.5 * 2 * 768 * 5120 * 8 / 2**20
-    assert found["ratio"] == peak["paper"] / peak["level"]
-    assert peak[memory.IMPORTED] < ballast.nbytes / 2**20 < memory.peak_memory()
+    assert paper - level > 0.5 * 2 * 768 * 5120 * 8 / 2**20
+    assert level < ballast.nbytes / 2**20 < memory.peak_memory()
 
 
 def test_peak_memory_remembers_what_was_given_back():
@@ -386,85 +288,6 @@ def test_peak_memory_remembers_what_was_given_back():
     size = ballast.nbytes / 2**20
     del ballast
     assert size < memory.peak_memory() < size + before + 100
-
-
-def test_a_part_prints_its_peak(tmp_path, capsys):
-    memory.main(["scene", str(SMALL), LEVEL, repr(GAP), str(tmp_path)])
-    found = json.loads(capsys.readouterr().out)
-    assert list(found) == [memory.IMPORTED, "scene"]
-    assert 0 < found[memory.IMPORTED] <= found["scene"]
-    assert (tmp_path / "membranes.nc").exists()
-
-
-def test_a_part_that_fails_in_its_process_says_why(tmp_path, monkeypatch):
-    broken = tmp_path / "python"
-    broken.write_text("#!/bin/sh\necho a long story >&2\necho out of luck >&2\nexit 3\n")
-    broken.chmod(0o755)
-    monkeypatch.setattr(memory.sys, "executable", str(broken))
-    with pytest.raises(SoftslipError, match=r"memory of level: .*\(out of luck\)"):
-        memory._in_a_child("level", SMALL, LEVEL, GAP, tmp_path)
-
-
-def test_trimmings_change_nothing_beyond_the_error_of_the_estimate(results):
-    found = results["trimming"]
-    changes = [f"{rate}_change" for rate in trimmed.RATES]
-    for name in set(trimming.BASES) - {"outer gap", "1D profile", "rigid pairs"}:
-        assert [found[key][name] for key in changes] == [0.0] * 3, name
-    # One order of summation against another.
-    assert max(found[key]["rigid pairs"] for key in changes) < 1e-6
-    # The periodic images of a smaller gap are nearer, by what the still solvent lets through.
-    assert found["shear_rate_wall_change"]["outer gap"] < 1e-3
-    assert found["shear_rate_bulk_change"]["outer gap"] < 1e-3
-    assert found["shear_rate_bulk_change"]["1D profile"] < 1e-3
-    assert found["dilute"]["pairs"] == 0
-    for key in ("shear_rate_wall_error", "slip_velocity_error"):
-        assert all(0 < error < 0.1 for error in found[key].values()), key
-
-
-def test_what_is_saved_is_a_share_of_the_run_that_does_it_all(results):
-    found = results["trimming"]
-    assert list(found["saved"]) == list(trimming.BASES)
-    for name, share in found["saved"].items():
-        dilute = name.startswith("contact")
-        whole = found["dilute"]["core_seconds"] if dilute else found["core_seconds"]
-        saved = found["untrimmed_seconds"][name] - found["trimmed_seconds"][name]
-        assert share == pytest.approx(saved / (whole + saved)), name
-    assert found["evaluations"] > found["steps"] > 0
-    # A sample of every state, the first and the last included.
-    assert found["samples"] == pytest.approx(found["steps"] + 1)
-    assert 0 < found["searches"] <= found["evaluations"]
-
-
-@pytest.mark.parametrize("keep", [True, False])
-def test_contacts_without_trimmings_are_the_same_contacts(flowing, keep):
-    """Particles are pressed against each other here, so that there are forces to compare."""
-    searching = trimming_contacts.Searching(flowing.parameters, flowing.layout, keep=keep)
-    positions = flowing.suspension.positions(flowing.state)
-    solver = scenes.plain_sum(flowing.parameters, flowing.layout)
-    product = Contacts(
-        contact_law(flowing.parameters),
-        flowing.parameters.channel.length,
-        flowing.layout,
-        (solver.near_pairs, solver.reach),
-    )
-    films, forces = [], []
-    for contacts in (product, searching):
-        forces.append(np.zeros_like(positions))
-        films.append(contacts.add_forces(positions, forces[-1]))
-    assert films[0] == films[1] < flowing.parameters.steric.length
-    scale = np.abs(forces[0]).max()
-    assert scale > 0
-    # Only the order of sums may differ.
-    np.testing.assert_allclose(forces[1], forces[0], atol=1e-12 * scale)
-
-
-def test_a_change_is_relative_to_the_untrimmed_run():
-    before = dict.fromkeys(trimmed.RATES, 2.0)
-    after = before | {"slip_velocity": 2.5}
-    found = trimmed.relative_change(before, after)
-    assert found == {"shear_rate_wall": 0.0, "shear_rate_bulk": 0.0, "slip_velocity": 0.2}
-    nothing = dict.fromkeys(trimmed.RATES, 0.0)
-    assert set(trimmed.relative_change(nothing, nothing).values()) == {0.0}
 
 
 def test_the_mesh_and_the_level_stay_together_from_one_state(travelled):
@@ -540,23 +363,6 @@ def test_the_figure_of_trajectories_shows_each_run_and_how_far_they_part(travell
     assert (tmp_path / "t.png").stat().st_size > 10_000
 
 
-def test_the_command_line_tables_trimmings_with_their_errors(results, monkeypatch):
-    asked = {}
-
-    def fake(particles, fidelity, **options):
-        asked.update(particles=particles, fidelity=fidelity)
-        return results["trimming"]
-
-    monkeypatch.setattr(bench, "bench_trimming", fake)
-    said = call("trimming", "--particles", SMALL, "--fidelity", LEVEL)
-    assert said.exit_code == 0, said.output
-    assert asked == {"particles": SMALL, "fidelity": LEVEL}
-    for name, share in results["trimming"]["saved"].items():
-        (line,) = [line for line in said.stdout.splitlines() if line.startswith(f"│ {name} ")]
-        assert f"{share:.1%}" in line
-        assert f"± {results['trimming']['slip_velocity_error'][name]:.1e}" in line
-
-
 def test_the_command_line_passes_on_what_a_trajectory_is_asked_for(travelled, monkeypatch):
     asked = {}
 
@@ -576,16 +382,16 @@ def test_the_command_line_passes_on_what_a_trajectory_is_asked_for(travelled, mo
     assert "seed_difference slip_velocity" in call("trajectory", *options).stdout
 
 
-def test_every_figure_is_a_finite_number(results, peaks, travelled):
-    for result in (*results.values(), peaks, travelled):
+def test_every_figure_is_a_finite_number(results, travelled):
+    for result in (*results.values(), travelled):
         numbers = list(every_number(result))
         assert len(numbers) > 5
         assert all(math.isfinite(number) for number in numbers)
         assert json.loads(json.dumps(result)) == result
 
 
-def test_results_are_kept_with_their_units(results, peaks, travelled, tmp_path):
-    for name, result in (*results.items(), ("memory", peaks), ("trajectory", travelled)):
+def test_results_are_kept_with_their_units(results, travelled, tmp_path):
+    for name, result in (*results.items(), ("trajectory", travelled)):
         dataset = bench.as_dataset(result)
         write_dataset(dataset, tmp_path / "b.nc", stage="bench", run=name, title=name)
         back = read_dataset(tmp_path / "b.nc", stage="bench", run=name)
@@ -596,8 +402,6 @@ def test_results_are_kept_with_their_units(results, peaks, travelled, tmp_path):
     tables = bench.as_dataset(results["scaling"])
     assert tables["nanoseconds"].dims == ("part", "particles")
     assert list(tables["part"].values) == list(scaling.PARTS)
-    assert np.isnan(tables["fraction"].sel(part="control")).all()
-    assert tables["fraction"].isnull().sum() == tables.sizes["particles"]
     assert (
         float(tables["nanoseconds"].sel(part="fft", particles=SMALL))
         == (results["scaling"]["nanoseconds"]["fft"][1])
@@ -619,19 +423,19 @@ def heights(axes):
     ]
 
 
-def test_the_figure_shows_parts_and_ratios(results, peaks):
+def test_the_figure_shows_parts_and_ratios(results):
     scaled = bench.as_dataset(results["scaling"])
-    larger = results["run"] | {"particles": 7 * SMALL, "ratio": 321.0}
-    compared = (results["mobility"], results["run"], peaks, larger)
+    larger = results["run"] | {"particles": 7 * SMALL, "ratio": 321.0, "memory_ratio": 3.0}
+    compared = (results["mobility"], results["run"], larger)
     figure = figures.benchmark(scaled, *map(bench.as_dataset, compared))
     left, right = figure.axes
     assert sum(heights(left)) == pytest.approx(
         float(np.maximum(scaled["nanoseconds"], 0).sum()), rel=1e-9
     )
     shown = [results["mobility"]["ratio"], results["mobility"]["own"]["ratio"]]
-    shown += [results["run"]["ratio"], peaks["ratio"]]
+    shown += [results["run"]["ratio"], results["run"]["memory_ratio"]]
     # The bars of the smaller size, and then those of the larger one.
-    assert heights(right) == pytest.approx([*shown, larger["ratio"]])
+    assert heights(right) == pytest.approx([*shown, larger["ratio"], larger["memory_ratio"]])
     assert [text.get_text() for text in right.get_legend().get_texts()] == ["24", "168"]
     assert f"run ({LEVEL}): N = 24, 168" in figure.get_supxlabel()
     assert f"{results['scaling']['exponent']:.2f}" in left.get_title()
@@ -674,7 +478,6 @@ def test_the_command_line_prints_a_table_for_people(results):
     )
     for part in scaling.PARTS:
         assert (f"nanoseconds {part}", "ns") in rows
-        assert ((f"fraction {part}", "1") in rows) == (part != "control")
 
 
 def test_drawing_from_files_wants_the_scaling_first(results, tmp_path):
@@ -693,7 +496,7 @@ def test_drawing_from_files_wants_the_scaling_first(results, tmp_path):
 
 
 def test_a_level_that_there_is_not_ends_in_one_line():
-    for name in ("mobility", "memory"):
+    for name in ("mobility", "run"):
         said = call(name, "--fidelity", "perfect", "--particles", SMALL)
         assert said.exit_code == 2
         (line,) = [line for line in said.stderr.splitlines() if "bench: " not in line]
@@ -716,5 +519,5 @@ def test_the_workflow_measures_only_when_asked(tmp_path):
         return dict(re.findall(r"^(\w+) +(\d+)$", said.stdout, re.M))
 
     figures = {"benchmark_figure": "1", "trajectory_figure": "1"}
-    assert jobs("bench") == {"measure": "8", **figures, "bench": "1", "total": "11"}
+    assert jobs("bench") == {"measure": "6", **figures, "bench": "1", "total": "9"}
     assert "measure" not in jobs()

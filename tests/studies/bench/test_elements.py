@@ -72,7 +72,7 @@ def test_scenes_have_the_nodes_and_pairs_of_their_elements(result):
     assert 0 < pairs["particles"][1] < pairs["particles"][0]
     # Nodes go with the areas' roots, numbers with the areas: within a particle or so.
     ratio = (nodes["close packing"][1] - walls) / (dense - walls)
-    assert ratio == pytest.approx(elements.DILUTE / scenes.AREA_FRACTION, rel=0.15)
+    assert ratio == pytest.approx(elements_scenes.DILUTE / scenes.AREA_FRACTION, rel=0.15)
     assert contacts["close packing"][1] < 0.05 * contacts["close packing"][0]
     # The same particles, and arcs instead of their chords.
     given = scenes.parameters_of(SMALL, LEVEL, wall={"roughness": elements_scenes.ROUGHNESS})

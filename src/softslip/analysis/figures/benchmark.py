@@ -13,7 +13,7 @@ BARS = {
     ("mobility", "ratio"): "evaluation,\nsame nodes",
     ("mobility", "own_ratio"): "evaluation,\nown nodes",
     ("run", "ratio"): "simulated\ntime",
-    ("memory", "ratio"): "memory",
+    ("run", "memory_ratio"): "memory",
 }
 """Ratios that are shown, by benchmark and variable, and what is under their bars."""
 
@@ -76,7 +76,8 @@ def _draw_ratios(axes: Axes, others: tuple[xr.Dataset, ...]) -> None:
             place: float(dataset[name])
             for place, (bench, name) in enumerate(ratios)
             for dataset in others
-            if dataset.attrs["bench"] == bench and int(dataset["particles"]) == size
+            if dataset.attrs["bench"] == bench and name in dataset
+            if int(dataset["particles"]) == size
         }
         places = np.array(list(found)) + (number - 0.5 * (len(sizes) - 1)) * width
         colour = COLOURS[number % len(COLOURS)]

@@ -5,23 +5,19 @@ Each returns a plain dictionary, and `as_dataset` makes a dataset of it.
 
 from softslip.studies.bench.elements import bench_elements
 from softslip.studies.bench.markdown import elements_table
-from softslip.studies.bench.memory import bench_memory
 from softslip.studies.bench.mobility import bench_mobility
 from softslip.studies.bench.results import as_dataset
 from softslip.studies.bench.run import bench_run
 from softslip.studies.bench.scaling import SIZES, bench_scaling
 from softslip.studies.bench.trajectory import bench_trajectory
-from softslip.studies.bench.trimming import bench_trimming
 
 __all__ = [
     "SIZES",
     "as_dataset",
     "bench_elements",
-    "bench_memory",
     "bench_mobility",
     "bench_run",
     "bench_scaling",
     "bench_trajectory",
-    "bench_trimming",
     "elements_table",
 ]

@@ -5,12 +5,14 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
+import numpy as np
+
+from softslip.config.parameters import Parameters
 from softslip.simulation import assembly
 from softslip.simulation.record import Observer
+from softslip.solver.geometry import FloatArray
 from softslip.studies import scenes
-from softslip.studies.bench.elements_scenes import ROUGHNESS, Scenes
-from softslip.studies.bench.trimmed import DILUTE, MARGIN
-from softslip.studies.bench.trimming import FIELDS, field_points
+from softslip.studies.bench.elements_scenes import DILUTE, MARGIN, ROUGHNESS, Scenes
 from softslip.studies.timing import Tell, alternately, silent
 
 DURATION = 4.0
@@ -18,6 +20,10 @@ DURATION = 4.0
 
 ROUNDS = 3
 """How often each scene is run at least: the least time counts, and all else comes out the same."""
+
+
+FIELDS = 1.0
+"""Velocity fields that a run with them keeps [1 / time unit]."""
 
 
 @dataclass(frozen=True)
@@ -139,8 +145,7 @@ def bench_elements(
     taken away; between rough walls are the same particles. Every scene has moved under its own
     conditions before it is measured, but for the two outer gaps, which have the same nodes.
     Motions are run in turns over the same time; what is recorded is timed by itself and counted
-    as often as a run does it. Unlike `studies.bench.bench_trimming`, which leaves a scene as it
-    is and does superfluous work, this changes the scene, and with it the motion.
+    as often as a run does it.
 
     Parameters
     ----------
@@ -258,3 +263,15 @@ def _of_records(
         ),
         "observables": (bare.with_work(samples * seconds["full"]), bare),
     }
+
+
+def field_points(parameters: Parameters) -> FloatArray:
+    """Return the points of a kept velocity field, shape (points, 2) [length unit]."""
+    channel = parameters.channel
+    spacing = parameters.recording.field_spacing * parameters.suspension.mean_radius
+    sides = [
+        (np.arange(count) + 0.5) * (size / count)
+        for size in (channel.length, channel.height)
+        for count in [max(round(size / spacing), 1)]
+    ]
+    return np.stack(np.meshgrid(*sides), axis=-1).reshape(-1, 2)

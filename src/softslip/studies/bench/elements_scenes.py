@@ -6,15 +6,21 @@ from typing import Any
 import xarray as xr
 
 from softslip.config.parameters import Parameters
-from softslip.simulation import hydrodynamics
+from softslip.simulation import assembly, hydrodynamics
 from softslip.simulation.expansion import expand
 from softslip.simulation.packing import pack
 from softslip.studies import scenes
-from softslip.studies.bench.trimmed import dense_scene, dilute_scene, same_state
 from softslip.studies.timing import Tell
 
 ROUGHNESS = 0.59
 """Bump radius of the rough walls over the mean particle radius, as in the paper."""
+
+
+MARGIN = 3.0
+"""Distance from the walls where the bulk begins: small boxes have none of 5 [mean radius]."""
+
+DILUTE = 0.3
+"""Area fraction at which particles are apart."""
 
 
 class Scenes:
@@ -36,7 +42,8 @@ class Scenes:
     def __init__(self, particles: int, fidelity: str, ageing: float, shearing: float) -> None:
         self._particles, self._fidelity = particles, fidelity
         self._ageing, self._shearing = ageing, shearing
-        self.dense = dense_scene(particles, fidelity, ageing, shearing)
+        scene, _ = scenes.flowing(particles, fidelity, ageing, shearing)
+        self.dense = replace(scene, parameters=self._parameters(recording={"bulk_margin": MARGIN}))
 
     def motions(self, tell: Tell) -> dict[str, tuple[scenes.Scene, scenes.Scene]]:
         """Return the scenes that move otherwise with an element and without it."""
@@ -48,7 +55,7 @@ class Scenes:
         )
         return {
             "particles": (dense, empty),
-            "close packing": (dense, self._sheared(dilute_scene(self._particles, self._fidelity))),
+            "close packing": (dense, self._dilute()),
             "bumps": (self._rough(), dense),
             "bumps, no particles": (bumps, empty),
             "wall drive": (dense, self._at_rest()),
@@ -73,6 +80,14 @@ class Scenes:
         nothing = expand(pack(given), given).rename(area="reference_area")
         return self._sheared(scenes.scene_of(nothing, given))
 
+    def _dilute(self) -> scenes.Scene:
+        """Return fewer particles in the same channel, apart, under the same stress."""
+        given = self._parameters(
+            suspension={"area_fraction": DILUTE}, recording={"bulk_margin": MARGIN}
+        )
+        membranes = expand(pack(given), given).rename(area="reference_area")
+        return self._sheared(scenes.scene_of(membranes, given))
+
     def _rough(self) -> scenes.Scene:
         given = self._parameters(
             wall={"roughness": ROUGHNESS}, time_stepping={"ageing_time": self._ageing}
@@ -84,5 +99,8 @@ class Scenes:
         return self._taken_up(aged, self._parameters(rheometer={"stress": 0.0}))
 
     def _wide(self) -> scenes.Scene:
-        gap = scenes.nearest_gap(self.dense.parameters.channel.height)
-        return same_state(self.dense, self._parameters(gap=gap))
+        """Return the same nodes at the same instant in the paper's box."""
+        wide = self._parameters(gap=scenes.nearest_gap(self.dense.parameters.channel.height))
+        stress = wide.rheometer.stress
+        suspension = assembly.assemble(wide, self.dense.layout, stress=stress)
+        return replace(self.dense, parameters=wide, suspension=suspension)

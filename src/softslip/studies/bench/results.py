@@ -6,17 +6,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-CHANGES = {
-    f"{key}_{kind}": ("1", f"relative {words} of the {meaning}")
-    for key, meaning in {
-        "shear_rate_wall": "apparent shear rate",
-        "shear_rate_bulk": "true shear rate",
-        "slip_velocity": "slip velocity",
-    }.items()
-    for kind, words in {"change": "change", "error": "error of the estimate"}.items()
-}
-"""Figures that say what a trimming changes, with unit and meaning."""
-
 ELEMENT_COSTS = {
     f"{key}_{word}": (units, f"{meaning}, {word} the element")
     for key, (units, meaning) in {
@@ -31,7 +20,6 @@ ELEMENT_COSTS = {
 """Figures that say what a scene takes with an element and without it, with unit and meaning."""
 
 UNITS = {
-    **CHANGES,
     **ELEMENT_COSTS,
     "particles": ("1", "number of particles"),
     "nodes": ("1", "number of nodes"),
@@ -55,12 +43,8 @@ UNITS = {
     "rate_difference": ("1", "relative difference of the apparent shear rates"),
     "exponent": ("1", "exponent of the time of an evaluation in the number of particles"),
     "nanoseconds": ("ns", "time per node and evaluation"),
-    "bytes": ("byte", "bytes moved in an evaluation"),
-    "operations": ("1", "additions and multiplications in an evaluation"),
-    "fraction": ("1", "time that the roofline allows over the measured time"),
-    "bandwidth": ("byte / s", "bandwidth of a copy by one core"),
-    "rate": ("1 / s", "additions and multiplications by one core"),
-    "peak": ("MiB", "peak resident memory"),
+    "peak_memory": ("MiB", "peak resident memory of a process that evaluates the equations"),
+    "memory_ratio": ("1", "peak memory of the paper's scheme over that of the level"),
     "stress": ("stress unit", "imposed stress"),
     "time": ("time unit", "time since the stress began, at the end of the record's interval"),
     "shear_rate_bulk": ("1 / time unit", "true shear rate, slope of the mean velocity profile"),
@@ -70,23 +54,15 @@ UNITS = {
     "seed_difference": ("1", "rms difference of a second packing from the first, relative"),
     "difference_ratio": ("1", "rms difference of the schemes over that of two packings"),
     "cost": ("s / time unit", "processor time per simulated time"),
-    "samples": ("1 / time unit", "samples of the observables per simulated time"),
-    "searches": ("1 / time unit", "searches for contacts per simulated time"),
-    "trimmed_seconds": ("s / time unit", "processor time of the work that is left"),
-    "untrimmed_seconds": ("s / time unit", "processor time of the work without the trimming"),
-    "saved": ("1", "share of the untrimmed run's processor time that is saved"),
     "saved_share": ("1", "share of the processor time that is saved where the element is absent"),
     "saved_per_evaluation": ("1", "the same of the processor time per evaluation"),
 }
 """Unit and meaning of each figure of a result, by its key."""
 
 TABLES = {
-    **dict.fromkeys(("nanoseconds", "bytes", "operations", "fraction"), "part"),
-    "peak": "stage",
+    "nanoseconds": "part",
     "cost": "run",
     **dict.fromkeys(("grid_difference", "seed_difference", "difference_ratio"), "quantity"),
-    **dict.fromkeys(("trimmed_seconds", "untrimmed_seconds", "saved"), "trimming"),
-    **dict.fromkeys(CHANGES, "trimming"),
     **dict.fromkeys((*ELEMENT_COSTS, "saved_share", "saved_per_evaluation"), "element"),
 }
 """Figures that have a value for each of some named things, and what these are."""
@@ -100,10 +76,8 @@ WORDS = {
 
 LABELS = {
     "part": "part of an evaluation",
-    "stage": "what is done in a process of its own",
     "run": "scheme and packing of a run",
     "quantity": "observable",
-    "trimming": "work that is left out",
     "element": "element of a scene",
 }
 """What the named things are."""

@@ -4,8 +4,11 @@ import math
 from dataclasses import replace
 from typing import Any
 
+import xarray as xr
+
 from softslip.config.parameters import Parameters
 from softslip.studies import scenes
+from softslip.studies.bench.memory import memory_of_evaluation
 from softslip.studies.timing import Tell, silent
 
 FEWEST_STEPS = 5
@@ -74,8 +77,10 @@ def bench_run(
     dict
         ``ratio`` of the core-seconds per time unit; for ``paper`` and ``level`` each
         ``core_seconds`` and ``clock_seconds`` per time unit, ``steps`` and ``evaluations`` per time
-        unit, the ``duration`` that they were taken over, and ``nodes``; ``stretch``, the time
-        over which both ``shear_rate_wall`` are means, and their ``rate_difference``, relative.
+        unit, the ``duration`` that they were taken over, ``nodes``, and ``peak_memory`` of a
+        process that evaluates its equations of motion; ``memory_ratio`` of these; ``stretch``,
+        the time over which both ``shear_rate_wall`` are means, and their ``rate_difference``,
+        relative.
 
     Raises
     ------
@@ -99,17 +104,20 @@ def bench_run(
     tell(f"going on at fidelity {fidelity}")
     together = scenes.advance(level, slow.duration)
     fast = scenes.advance(level, level_time)
+    tell("measuring the peak memory of both in processes of their own")
+    membranes = scenes.membranes_of(level)
     rates = {"paper": slow.shear_rate_wall, "level": together.shear_rate_wall}
     costs = {
-        "paper": _cost(slow, paper, rates["paper"]),
-        "level": _cost(fast, level, rates["level"]),
+        "paper": _cost(slow, paper, membranes),
+        "level": _cost(fast, level, membranes),
     }
     return {
         "bench": "run",
         "particles": particles,
         "fidelity": fidelity,
         "ratio": costs["paper"]["core_seconds"] / costs["level"]["core_seconds"],
-        **costs,
+        "memory_ratio": costs["paper"]["peak_memory"] / costs["level"]["peak_memory"],
+        **{name: {**cost, "shear_rate_wall": rates[name]} for name, cost in costs.items()},
         "stretch": slow.duration,
         "rate_difference": rates["level"] / rates["paper"] - 1,
     }
@@ -122,8 +130,8 @@ def on_paper_nodes(level: scenes.Scene, gap: float = scenes.PAPER_GAP) -> scenes
     return scenes.scene_of(membranes, parameters, level.state.wall_displacement)
 
 
-def _cost(stretch: scenes.Stretch, scene: scenes.Scene, rate: float) -> dict[str, float]:
-    """Return what a time unit takes, from what a stretch took."""
+def _cost(stretch: scenes.Stretch, scene: scenes.Scene, membranes: xr.Dataset) -> dict[str, float]:
+    """Return what a time unit takes, from what a stretch took, and the scheme's memory."""
     return {
         "core_seconds": stretch.core_seconds / stretch.duration,
         "clock_seconds": stretch.seconds / stretch.duration,
@@ -131,5 +139,5 @@ def _cost(stretch: scenes.Stretch, scene: scenes.Scene, rate: float) -> dict[str
         "evaluations": stretch.evaluations / stretch.duration,
         "duration": stretch.duration,
         "nodes": scene.layout.nodes,
-        "shear_rate_wall": rate,
+        "peak_memory": memory_of_evaluation(membranes, scene.parameters),
     }

@@ -13,8 +13,7 @@ from softslip.solver.membrane import add_tension, remove_flux
 from softslip.solver.mobility.ewald import EwaldMobility
 from softslip.solver.mobility.quadrature import CorrectedQuadrature
 from softslip.studies import scenes
-from softslip.studies.bench.roofline import Counts, loads
-from softslip.studies.timing import Tell, Work, alternately, measured_machine, silent
+from softslip.studies.timing import Tell, Work, alternately, silent
 
 SIZES = (50, 100, 200, 400, 800)
 """Numbers of particles that the exponent is fitted to, up to the paper's."""
@@ -115,20 +114,6 @@ class Anatomy:
             self.velocities[: layout.particle_nodes],
         )
 
-    def counts(self) -> Counts:
-        """Return what an evaluation has to do; valid after one of the near sum."""
-        layout = self.layout
-        return Counts(
-            nodes=layout.nodes,
-            particle_nodes=layout.particle_nodes,
-            points=self.parameters.steric.refinement * layout.nodes,
-            mesh=self.ewald.shape,
-            pairs=self.ewald.pairs,
-            rigid=self.ewald._rigid.pairs,
-            listed=len(self.ewald.near_pairs(self._positions)[1]),
-            touching=self._contacts.listed(self._positions),
-        )
-
 
 def bench_scaling(
     sizes: Sequence[int] = SIZES,
@@ -163,9 +148,7 @@ def bench_scaling(
         For each of ``particles``: ``nodes``, ``pairs``, mesh ``points``, ``seconds`` an
         evaluation, ``running`` core-seconds an evaluation while it was sheared, with ``steps``
         and ``evaluations`` per time unit then; ``exponent`` of seconds ~ N^exponent, absent for
-        one size; and by part ``nanoseconds`` per node, ``bytes`` and ``operations`` an
-        evaluation, and ``fraction``, the time that the roofline allows over the measured one.
-        The roofline of each size is ``bandwidth`` and ``rate``.
+        one size; and by part ``nanoseconds`` per node.
 
     Raises
     ------
@@ -195,27 +178,16 @@ def _row(scene: scenes.Scene, stretch: scenes.Stretch, budget: float) -> dict[st
     seconds = alternately(anatomy.works(), budget)
     whole = seconds.pop("evaluation")
     seconds["control"] = whole - sum(seconds.values())
-    counts = anatomy.counts()
-    load = loads(counts)
-    footprint = max(each.bytes for each in load.values())
-    machine = measured_machine(int(footprint), budget)
+    nodes, mesh = scene.layout.nodes, anatomy.ewald.shape
     return {
-        "nodes": counts.nodes,
-        "pairs": counts.pairs,
-        "points": counts.mesh[0] * counts.mesh[1],
+        "nodes": nodes,
+        "pairs": anatomy.ewald.pairs,
+        "points": mesh[0] * mesh[1],
         "seconds": whole,
         "running": stretch.core_seconds / stretch.evaluations,
         "steps": stretch.steps / stretch.duration,
         "evaluations": stretch.evaluations / stretch.duration,
-        "bandwidth": machine.bandwidth,
-        "rate": machine.rate,
-        "nanoseconds": {part: NANO * seconds[part] / counts.nodes for part in PARTS},
-        "bytes": {part: each.bytes for part, each in load.items()},
-        "operations": {part: each.operations for part, each in load.items()},
-        "fraction": {
-            part: machine.attainable(each.bytes, each.operations) / seconds[part]
-            for part, each in load.items()
-        },
+        "nanoseconds": {part: NANO * seconds[part] / nodes for part in PARTS},
     }
 
 
