@@ -11,14 +11,14 @@ MUTATION := .mutation
 CRATE := .crate
 
 SNAKEFILES := Snakefile workflow
-SOURCES := src tests workflow
+SOURCES := src tests workflow docs
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run test reliability mutation crate-check check format lock clean
+.PHONY: help env run test architecture reliability mutation crate-check check format lock clean
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-11s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 env: $(INSTALLED) ## build the environment .venv
 
@@ -97,6 +97,9 @@ lock: env ## bring requirements.lock to the newest versions
 	@CUSTOM_COMPILE_COMMAND="make lock" $(BIN)/pip-compile --quiet --upgrade --extra dev \
 		--allow-unsafe --no-strip-extras --no-emit-index-url --no-emit-trusted-host --no-emit-find-links \
 		--output-file requirements.lock pyproject.toml
+
+architecture: env ## write the pictures and the list of modules of ARCHITECTURE.md
+	@$(BIN)/python docs/architecture.py
 
 clean: ## remove the environment and the caches, but no results
 	@rm -rf $(VENV) $(MUTATION) $(CRATE) build dist .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache

@@ -33,7 +33,7 @@ rule measure:
     conda:
         f"../{ENVIRONMENT}"
     # A measurement has the machine to itself, but runs on one core.
-    threads: workflow.cores
+    threads: os.cpu_count()
     params:
         fingerprint=lambda wildcards: fingerprint("bench"),
         options=lambda wildcards: BENCHMARKS[wildcards.bench],

@@ -186,7 +186,7 @@ rule elements:
     conda:
         f"../{ENVIRONMENT}"
     # Its times are to be those of a core that nothing else uses.
-    threads: workflow.cores
+    threads: os.cpu_count()
     params:
         fingerprint=lambda wildcards: fingerprint("bench"),
         study=STUDY,
