@@ -1,5 +1,7 @@
+import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -81,19 +83,44 @@ print(hashlib.sha256(pack(given)["centre"].values.tobytes()).hexdigest())
 """
 
 
+LAUNCHED = [
+    {"PMI_FD": "5", "PMI_RANK": "0", "PMI_SIZE": "2"},
+    {"PMIX_RANK": "0", "PMIX_NAMESPACE": "x", "PMIX_SERVER_URI": "foo"},
+    {"PMI_PORT": "localhost:1", "PMI_ID": "0"},
+    {"SLURM_PROCID": "1", "SLURM_NTASKS": "2", "SLURM_JOB_ID": "5", "SLURM_STEP_ID": "0"},
+    {"OMPI_COMM_WORLD_RANK": "1", "OMPI_COMM_WORLD_SIZE": "2"},
+]
+"""What launchers of MPI and steps of Slurm leave in the environment of their processes."""
+
+
+def packed_in_another_process(launcher=(), **environment):
+    return subprocess.run(
+        [*launcher, sys.executable, "-c", PROGRAM],
+        cwd=scenes.__file__.rpartition("/")[0],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=120,
+        env={**os.environ, **environment},
+    ).stdout.split()
+
+
 def test_a_new_process_makes_the_same_bytes():
-    runs = [
-        subprocess.run(
-            [sys.executable, "-c", PROGRAM],
-            cwd=scenes.__file__.rpartition("/")[0],
-            capture_output=True,
-            text=True,
-            check=True,
-        ).stdout
-        for _ in range(2)
-    ]
-    assert len(runs[0]) == 65
-    assert runs[0] == runs[1]
+    first, second = (packed_in_another_process() for _ in range(2))
+    assert len(first[0]) == 64
+    assert first == second
+
+
+def test_a_process_of_a_launcher_packs_as_any_other():
+    alone = packed_in_another_process()
+    for environment in LAUNCHED:
+        assert packed_in_another_process(**environment) == alone, environment
+
+
+def test_two_processes_of_a_real_launcher_pack_without_each_other():
+    launcher = Path(sys.prefix) / "bin" / "mpiexec"
+    found = packed_in_another_process((str(launcher), "-n", "2"))
+    assert found == 2 * packed_in_another_process()
 
 
 def test_another_seed_makes_another_packing():

