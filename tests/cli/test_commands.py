@@ -9,9 +9,10 @@ import xarray as xr
 from typer.testing import CliRunner
 
 from softslip.cli import app
+from softslip.config.parameters import Parameters
 from softslip.config.scenario import load_scenario
-from softslip.config.stages import STAGES, stage_parameters
-from softslip.files.storage import read_dataset
+from softslip.config.stages import STAGES, stage_ids, stage_parameters
+from softslip.files.storage import CONTENT_DIGEST, read_dataset
 
 TINY = """
 description: The chain in its smallest form.
@@ -146,6 +147,56 @@ def test_a_parent_of_another_run_is_refused(results: Path, tmp_path: Path) -> No
     assert status == 1
     assert "stage 'ageing', not 'packing'" in said, said
     assert not output.exists(), "a refused stage must write nothing"
+
+
+def test_a_stage_with_its_parameters_does_not_read_the_scenario(
+    results: Path, tmp_path: Path
+) -> None:
+    ((run, row),) = load_scenario(str(results / "tiny.yaml")).stage_table("expansion").items()
+    words = ("--parent", results / "packing" / f"{row.parent}.nc", "--output", tmp_path / "out.nc")
+    text = row.parameters.model_dump_json()
+    status, said = call("expansion", "nowhere", run, "--parameters", text, *words)
+    assert status == 0, said
+    made = read_dataset(tmp_path / "out.nc", stage="expansion", run=run)
+    before = read_dataset(results / "expansion" / f"{run}.nc", stage="expansion", run=run)
+    assert made.attrs[CONTENT_DIGEST] == before.attrs[CONTENT_DIGEST]
+    for name in ("parameters", "parent", "mean_radius", "area_fraction"):
+        assert made.attrs[name] == before.attrs[name]
+
+
+SHEARED = stage_ids(Parameters())["shear"]
+
+
+@pytest.mark.parametrize(
+    ("text", "parts"),
+    [
+        (Parameters(seed=2).model_dump_json(), ("parameters", "shear", SHEARED, "leave them out")),
+        ("{", ("parameters: '{' is not valid JSON",)),
+        ("[" * 10_000, ("parameters", "is not valid JSON")),
+        ("[1]", ("must be a group of keys",)),
+        ('{"wall": {"roughness": -1}}', ("wall.roughness: -1",)),
+        ('{"walls": {}}', ("walls", "does not exist")),
+        ('{"seed": "\udc80"}', ("parameters", "is not valid JSON")),
+    ],
+)
+def test_parameters_of_no_or_another_run_are_refused(text: str, parts: tuple[str, ...]) -> None:
+    words = ("--parent", "none.nc", "--output", "out.nc")
+    status, said = call("shear", "nowhere", SHEARED, "--parameters", text, *words)
+    assert status == 2, said
+    assert len(said.strip().splitlines()) == 1, f"more than one line: {said}"
+    for part in parts:
+        assert part in said, f"{part!r} is not in {said!r}"
+
+
+def test_a_stage_with_its_parameters_says_what_its_accuracy_picked() -> None:
+    parameters = Parameters.from_mapping({"accuracy": 0.05})
+    words = ("--parameters", parameters.model_dump_json(), "--parent", "none.nc")
+    run = stage_ids(parameters)["shear"]
+    status, said = call("shear", "nowhere", run, *words, "--output", "out.nc")
+    assert status == 1
+    first, second = said.strip().splitlines()
+    assert first.startswith("accuracy 0.05: ")
+    assert "none.nc" in second
 
 
 def validated(*words: str) -> tuple[int, str, str]:

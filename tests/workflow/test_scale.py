@@ -16,8 +16,9 @@ import numpy as np
 import pytest
 from projects import copy_project
 
+from softslip.config.parameters import Parameters
 from softslip.config.scenario import Scenario, load_scenario
-from softslip.config.stages import STAGES
+from softslip.config.stages import STAGES, stage_ids
 from softslip.operations.plan import make_plan
 from softslip.provenance.fingerprints import fingerprint
 
@@ -183,13 +184,27 @@ def test_the_plan_is_what_snakemake_would_do(tmp_path: Path) -> None:
     assert project.dry_run() == project.named(wanted)
 
 
-def test_an_axis_that_grows_asks_for_its_new_runs_alone(tmp_path: Path) -> None:
+@pytest.mark.parametrize("values", ["[0.1, 0.3, 0.5]", "[0.05, 0.1, 0.5]"])
+def test_an_axis_that_grows_asks_for_its_new_runs_alone(tmp_path: Path, values: str) -> None:
+    """Also where the first of the runs that share a packing is a new one."""
     project = Project(tmp_path, SMALL).make()
-    project.source.write_text(SMALL.replace("[0.1, 0.5]", "[0.1, 0.3, 0.5]"))
+    project.source.write_text(SMALL.replace("[0.1, 0.5]", values))
     planned = project.planned()
     assert len(planned) == 7
     assert {stage for stage, _ in planned} == {"shear"}
     assert project.dry_run() == planned
+
+
+def test_each_job_is_handed_the_parameters_of_its_run(tmp_path: Path) -> None:
+    project = Project(tmp_path, SMALL)
+    words = ("--cores", "1", "--dry-run", "--printshellcmds", "--config", "scenario=scale")
+    said = project.call("snakemake", *words)
+    jobs = re.findall(
+        r"^Shell command: softslip (\w+) scale ([0-9a-f]{16}) --parameters '(.*?)' ", said, re.M
+    )
+    assert {(stage, run) for stage, run, _ in jobs} == project.planned()
+    for stage, run, text in jobs:
+        assert stage_ids(Parameters.from_json(text))[stage] == run
 
 
 @pytest.fixture(scope="module")

@@ -83,6 +83,12 @@ ENVIRONMENT = "envs/softslip.yaml"
 TABLES = {stage: SCENARIO.stage_table(stage) for stage in STAGES}
 
 
+LABELS = {
+    run.ids["shear"]: {label: str(value) for label, value in run.coordinates.items()}
+    for run in SCENARIO.runs()
+}
+
+
 wildcard_constraints:
     run="[0-9a-f]{16}",
 
@@ -97,9 +103,19 @@ def parent_of(stage):
     return parent
 
 
+def parameters_of(stage):
+    """Return a params function: all parameters of a run, so that its job reads no scenario.
+
+    It takes the output because Snakemake then does not rerun jobs whose parameters differ: what
+    only later stages depend on may differ between two scenarios that share a run.
+    """
+
+    def parameters(wildcards, output):
+        return TABLES[stage][wildcards.run].parameters.model_dump_json()
+
+    return parameters
+
+
 def run_labels(wildcards):
     """Name a run's swept values in the report."""
-    for run in SCENARIO.runs():
-        if run.ids["shear"] == wildcards.run:
-            return {label: str(value) for label, value in run.coordinates.items()}
-    return {}
+    return LABELS.get(wildcards.run, {})

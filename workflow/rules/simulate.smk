@@ -18,10 +18,12 @@ rule packing:
     params:
         scenario=SOURCE,
         fingerprint=fingerprint("packing"),
+        parameters=parameters_of("packing"),
     message:
         "Packing discs with LAMMPS ({wildcards.run})"
     shell:
-        "softslip packing {params.scenario:q} {wildcards.run}" " --output {output:q} 2> {log:q}"
+        "softslip packing {params.scenario:q} {wildcards.run} --parameters {params.parameters:q}"
+        " --output {output:q} 2> {log:q}"
 
 
 rule expansion:
@@ -39,10 +41,11 @@ rule expansion:
     params:
         scenario=SOURCE,
         fingerprint=fingerprint("expansion"),
+        parameters=parameters_of("expansion"),
     message:
         "Growing discs into membranes ({wildcards.run})"
     shell:
-        "softslip expansion {params.scenario:q} {wildcards.run}"
+        "softslip expansion {params.scenario:q} {wildcards.run} --parameters {params.parameters:q}"
         " --parent {input.parent:q} --output {output:q} 2> {log:q}"
 
 
@@ -55,7 +58,7 @@ rule ageing:
         f"{RESULTS}/logs/ageing/{{run}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/ageing/{{run}}.tsv"
-    # A second attempt goes on from the checkpoint of the first.
+    # A second attempt resumes from the checkpoint of the first.
     retries: 1
     conda:
         f"../{ENVIRONMENT}"
@@ -63,12 +66,13 @@ rule ageing:
     params:
         scenario=SOURCE,
         fingerprint=fingerprint("ageing"),
+        parameters=parameters_of("ageing"),
         interval=CHECKPOINT_INTERVAL,
     message:
         "Ageing at zero stress ({wildcards.run})"
     shell:
-        "softslip ageing {params.scenario:q} {wildcards.run} --threads {threads}"
-        " --checkpoint-interval {params.interval}"
+        "softslip ageing {params.scenario:q} {wildcards.run} --parameters {params.parameters:q}"
+        " --threads {threads} --checkpoint-interval {params.interval}"
         " --parent {input.parent:q} --output {output:q} 2> {log:q}"
 
 
@@ -81,7 +85,7 @@ rule shear:
         f"{RESULTS}/logs/shear/{{run}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/shear/{{run}}.tsv"
-    # A second attempt goes on from the checkpoint of the first.
+    # A second attempt resumes from the checkpoint of the first.
     retries: 1
     conda:
         f"../{ENVIRONMENT}"
@@ -89,10 +93,11 @@ rule shear:
     params:
         scenario=SOURCE,
         fingerprint=fingerprint("shear"),
+        parameters=parameters_of("shear"),
         interval=CHECKPOINT_INTERVAL,
     message:
         "Shearing ({wildcards.run})"
     shell:
-        "softslip shear {params.scenario:q} {wildcards.run} --threads {threads}"
-        " --checkpoint-interval {params.interval}"
+        "softslip shear {params.scenario:q} {wildcards.run} --parameters {params.parameters:q}"
+        " --threads {threads} --checkpoint-interval {params.interval}"
         " --parent {input.parent:q} --output {output:q} 2> {log:q}"

@@ -12,6 +12,7 @@ import typer
 from softslip.config.accuracy import cheapest
 from softslip.config.parameters import Parameters
 from softslip.config.scenario import Scenario, StageRun
+from softslip.config.stages import stage_ids
 from softslip.errors import ConfigError, Interrupted, SoftslipError
 from softslip.messages import brief
 
@@ -110,6 +111,25 @@ def find_run(scenario: Scenario, stage: str, run: str) -> StageRun:
             "run", brief(run), limit, f"list them with: softslip runs {scenario.name}"
         )
     return found[0]
+
+
+def stage_run(stage: str, run: str, parameters: str) -> StageRun:
+    """Return the run of a stage that has the given parameters, written as JSON.
+
+    Its scenario is not read, which would take a second for a large sweep.
+
+    Raises
+    ------
+    ConfigError
+        When they are the parameters of another run.
+    """
+    tree = Parameters.from_json(parameters)
+    row = StageRun.of(stage, tree, stage_ids(tree))
+    if row.id != run:
+        limit = f"are the parameters of {stage} {row.id}, not of {brief(run)}"
+        remedy = "leave them out to use the scenario's"
+        raise ConfigError("parameters", brief(parameters), limit, remedy)
+    return row
 
 
 def tell_choice(parameters: Parameters) -> None:

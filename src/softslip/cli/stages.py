@@ -19,6 +19,7 @@ from softslip.cli.common import (
     Threads,
     find_run,
     one_line_errors,
+    stage_run,
     tell_choice,
 )
 from softslip.config.scenario import StageRun, load_scenario
@@ -43,14 +44,25 @@ Interval = Annotated[
     float,
     typer.Option("--checkpoint-interval", min=0, help="Seconds between two checkpoints."),
 ]
+RunParameters = Annotated[
+    str | None,
+    typer.Option(
+        "--parameters",
+        metavar="JSON",
+        help="All parameters of the run, which are then not looked up in SCENARIO.",
+    ),
+]
 Resume = Annotated[
     bool, typer.Option("--resume", help="Resume from a checkpoint, and fail if there is none.")
 ]
 
 
-def _found(scenario: str, stage: str, run: str) -> StageRun:
+def _stage_run(scenario: str, stage: str, run: str, parameters: str | None) -> StageRun:
     """Return a run, and say which settings its wanted accuracy has picked."""
-    row = find_run(load_scenario(scenario), stage, run)
+    if parameters is None:
+        row = find_run(load_scenario(scenario), stage, run)
+    else:
+        row = stage_run(stage, run, parameters)
     tell_choice(row.parameters)
     return row
 
@@ -135,22 +147,30 @@ class _Job:
 
 @app.command()
 @one_line_errors
-def packing(scenario: ScenarioName, run: RunName, output: Output) -> None:
+def packing(
+    scenario: ScenarioName, run: RunName, output: Output, parameters: RunParameters = None
+) -> None:
     """Pack discs with LAMMPS."""
     from softslip.simulation.packing import pack
 
-    job = _Job(_found(scenario, "packing", run), output)
+    job = _Job(_stage_run(scenario, "packing", run, parameters), output)
     with job.attempt(), interruptible(at_once=True):
         job.write(pack(job.row.parameters))
 
 
 @app.command()
 @one_line_errors
-def expansion(scenario: ScenarioName, run: RunName, parent: Parent, output: Output) -> None:
+def expansion(
+    scenario: ScenarioName,
+    run: RunName,
+    parent: Parent,
+    output: Output,
+    parameters: RunParameters = None,
+) -> None:
     """Grow discs into membranes at the wanted area fraction."""
     from softslip.simulation.expansion import expand
 
-    job = _Job(_found(scenario, "expansion", run), output, parent)
+    job = _Job(_stage_run(scenario, "expansion", run, parameters), output, parent)
     with (
         job.attempt(),
         interruptible(at_once=True),
@@ -197,6 +217,7 @@ def ageing(
     run: RunName,
     parent: Parent,
     output: Output,
+    parameters: RunParameters = None,
     threads: Threads = 1,
     checkpoint_interval: Interval = 60.0,
     resume: Resume = False,
@@ -204,7 +225,7 @@ def ageing(
     """Relax a packing at zero stress, with hydrodynamics."""
     from softslip.simulation.hydrodynamics import age
 
-    job = _Job(_found(scenario, "ageing", run), output, parent, threads)
+    job = _Job(_stage_run(scenario, "ageing", run, parameters), output, parent, threads)
     _follow(job, age, checkpoint_interval, resume)
 
 
@@ -215,6 +236,7 @@ def shear_command(
     run: RunName,
     parent: Parent,
     output: Output,
+    parameters: RunParameters = None,
     threads: Threads = 1,
     checkpoint_interval: Interval = 60.0,
     resume: Resume = False,
@@ -222,5 +244,5 @@ def shear_command(
     """Shear an aged packing under constant stress or shear rate."""
     from softslip.simulation.hydrodynamics import shear
 
-    job = _Job(_found(scenario, "shear", run), output, parent, threads)
+    job = _Job(_stage_run(scenario, "shear", run, parameters), output, parent, threads)
     _follow(job, shear, checkpoint_interval, resume)

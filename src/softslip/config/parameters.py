@@ -9,7 +9,8 @@ from softslip.config.checks import CHECKS
 from softslip.config.fidelity import with_level
 from softslip.config.fields import owner, refusal, value_at
 from softslip.config.sections import Tree
-from softslip.messages import NOTHING
+from softslip.errors import ConfigError
+from softslip.messages import NOTHING, brief
 
 
 class Parameters(Tree):
@@ -45,6 +46,26 @@ class Parameters(Tree):
             return cls.model_validate(with_level(tree))
         except ValidationError as error:
             raise refusal(cls, error.errors()[0]) from None
+
+    @classmethod
+    def from_json(cls, text: str) -> "Parameters":
+        """Validate the JSON of a whole tree, as `model_dump_json` writes it.
+
+        Nothing is filled in for its fidelity or accuracy, whose settings the tree already has.
+
+        Raises
+        ------
+        ConfigError
+            Naming the first offending key, its value, the limit and a remedy.
+        """
+        try:
+            return cls.model_validate_json(text)
+        except ValidationError as error:
+            detail = error.errors()[0]
+            if detail["type"] in {"json_invalid", "string_unicode"}:
+                limit, remedy = "is not valid JSON", "leave it out to use the scenario's"
+                raise ConfigError("parameters", brief(text), limit, remedy) from None
+            raise refusal(cls, detail) from None
 
 
 def check_fields(tree: Mapping[str, Any]) -> None:

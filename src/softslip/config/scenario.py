@@ -103,6 +103,13 @@ class StageRun:
     parameters: Parameters
     parent: str | None
 
+    @classmethod
+    def of(cls, stage: str, parameters: Parameters, ids: Mapping[str, str]) -> "StageRun":
+        """Return a stage of the run with these parameters, whose stages have these identities."""
+        place = position(stage)
+        parent = ids[STAGES[place - 1]] if place else None
+        return cls(stage, ids[stage], parameters, parent)
+
 
 @dataclass(frozen=True)
 class Scenario:
@@ -154,7 +161,7 @@ class Scenario:
         axes = {axis.path: axis.values for axis in self.axes}
         return json.dumps({"base": self.base.model_dump(), "axes": axes}, allow_nan=False)
 
-    def stage_table(self, stage: str) -> dict[str, StageRun]:
+    def stage_table(self, stage: str) -> Mapping[str, StageRun]:
         """Return the distinct runs of a stage by their identity, in the order of `runs`.
 
         Raises
@@ -162,14 +169,16 @@ class Scenario:
         ConfigError
             When there is no such stage.
         """
-        place = position(stage)
-        table: dict[str, StageRun] = {}
+        return self._tables[position(stage)]
+
+    @cached_property
+    def _tables(self) -> tuple[Mapping[str, StageRun], ...]:
+        tables: tuple[dict[str, StageRun], ...] = tuple({} for _ in STAGES)
         for run in self.runs():
-            parent = run.ids[STAGES[place - 1]] if place else None
-            identity = run.ids[stage]
-            if identity not in table:
-                table[identity] = StageRun(stage, identity, run.parameters, parent)
-        return table
+            for stage, table in zip(STAGES, tables, strict=True):
+                if run.ids[stage] not in table:
+                    table[run.ids[stage]] = StageRun.of(stage, run.parameters, run.ids)
+        return tables
 
 
 def load_scenario(name_or_path: str) -> Scenario:

@@ -9,6 +9,8 @@ import fnmatch
 import hashlib
 import json
 from collections.abc import Mapping
+from functools import lru_cache
+from operator import attrgetter
 from typing import Any
 
 from softslip.config.fields import all_fields, value_at
@@ -79,6 +81,7 @@ def _own_paths(stage: str) -> tuple[str, ...]:
 
 
 _OWN_PATHS = {stage: _own_paths(stage) for stage in STAGES}
+_OWN_VALUES = {stage: attrgetter(*paths) for stage, paths in _OWN_PATHS.items()}
 
 
 def stage_paths(stage: str) -> tuple[str, ...]:
@@ -122,11 +125,17 @@ def stage_ids(parameters: Parameters) -> dict[str, str]:
     ids: dict[str, str] = {}
     parent: str | None = None
     for stage in STAGES:
-        values = {path: _canonical(value_at(parameters, path)) for path in _OWN_PATHS[stage]}
-        content = {"stage": stage, "parent": parent, "parameters": values}
-        text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
-        parent = ids[stage] = hashlib.sha256(text.encode("ascii")).hexdigest()[:ID_DIGITS]
+        parent = ids[stage] = _identity(stage, parent, *_OWN_VALUES[stage](parameters))
     return ids
+
+
+@lru_cache(maxsize=4096, typed=True)
+def _identity(stage: str, parent: str | None, *values: Any) -> str:
+    """Return a stage's identity; the runs of a sweep share most of their earlier stages."""
+    held = {path: _canonical(value) for path, value in zip(_OWN_PATHS[stage], values, strict=True)}
+    content = {"stage": stage, "parent": parent, "parameters": held}
+    text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode("ascii")).hexdigest()[:ID_DIGITS]
 
 
 def _canonical(value: Any) -> Any:
