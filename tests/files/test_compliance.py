@@ -31,13 +31,13 @@ from softslip.simulation.expansion import expand
 from softslip.simulation.packing import pack
 from softslip.studies import stability, validation
 from softslip.studies.bench import as_dataset
-from softslip.studies.bench.results import LABELS, SERIES, TABLES, UNITS, WORDS
-from softslip.studies.stability.plan import Plan as StabilityPlan
-from softslip.studies.tradeoff import measure, steady
+from softslip.studies.bench.datasets import LABELS, SERIES, TABLES, UNITS, WORDS
+from softslip.studies.stability.map_design import MapDesign
+from softslip.studies.tradeoff import long_runs, member_dataset
 from softslip.studies.tradeoff.members import members_of
-from softslip.studies.tradeoff.plan import Plan
 from softslip.studies.tradeoff.scene import prepare
 from softslip.studies.tradeoff.table import gather
+from softslip.studies.tradeoff.tradeoff_design import TradeoffDesign
 from softslip.studies.validation.film import Film
 
 ROOT = Path(__file__).parents[2]
@@ -87,7 +87,7 @@ REPEATED = (
 EXTENTS = {f"geospatial_{axis}_min/max" for axis in ("lat", "lon")}
 """The checker speaks of these twice."""
 
-FEW = Plan.of(
+FEW = TradeoffDesign.of(
     {
         **{"particles": 24, "stresses": [0.5], "roughnesses": [0.0]},
         **{"ageing": 0.05, "shearing": 0.05, "settling": 0.02, "interval": 0.05},
@@ -163,11 +163,11 @@ def named(scene):
 def numerics():
     """The parts of a study of the numerics."""
     films = {"fidelity": ["literal", "standard"], "regularisation": [None, 0.5]}
-    small = StabilityPlan.small().model_copy(update={"duration": 0.02, "stresses": (0.3,)})
+    small = MapDesign.small().model_copy(update={"duration": 0.02, "stresses": (0.3,)})
     stresses = stability.measure_group("stress", small)
     scene = prepare(FEW)
     (member,) = (each for name, each in members_of(FEW).items() if name.startswith("finest"))
-    (case,) = steady.cases_of(FEW).values()
+    (case,) = long_runs.sheared_packings(FEW).values()
     members = tradeoff_synthetic.members()
     for name, attributes in named(scene).items():
         members[0][name].attrs.update(attributes)
@@ -179,8 +179,8 @@ def numerics():
         "stability_map": stability.gather([stresses]),
         "limits": read_dataset(limits, stage="limits"),
         "scene": scene,
-        "member": measure.measure_member(scene, member, FEW),
-        "steady": steady.measure_steady(case, FEW),
+        "member": member_dataset.measure_member(scene, member, FEW),
+        "steady": long_runs.measure_steady(case, FEW),
         "tradeoff": gather(members, longs),
     }
 
@@ -191,8 +191,8 @@ def files(aged, tmp_path_factory):
     folder = tmp_path_factory.mktemp("compliance")
     bench = {name: as_dataset({"bench": name, **each}) for name, each in benchmarks().items()}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(measure, "ROUNDS_FOR", 0.0)
-        patch.setattr(measure, "FEWEST_ROUNDS", 1)
+        patch.setattr(member_dataset, "ROUNDS_FOR", 0.0)
+        patch.setattr(member_dataset, "FEWEST_ROUNDS", 1)
         found = chain(aged) | tables() | numerics() | {"elements": bench.pop("elements")}
     kinds = [(stage, "test", dataset) for stage, dataset in found.items()]
     kinds += [("bench", name, dataset) for name, dataset in bench.items()]

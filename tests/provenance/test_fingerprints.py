@@ -36,8 +36,8 @@ STARTED = "bench tradeoff stability"
 TABLE = [
     ("", "solver solver.mobility simulation simulation.checkpoint simulation.interruption"),
     ("", "simulation.keeper analysis studies studies.publish studies.study"),
-    ("", "studies.stability.markdown studies.validation.markdown studies.tradeoff"),
-    ("", "studies.tradeoff.choose studies.tradeoff.markdown"),
+    ("", "studies.stability.map_markdown studies.validation.errors_markdown studies.tradeoff"),
+    ("", "studies.tradeoff.choose studies.tradeoff.accuracy_markdown"),
     # These only collect names.
     ("", "analysis.figures analysis.observables studies.bench studies.stability"),
     (f"{RUNS} {MEASURED}", "simulation.sample solver.geometry"),
@@ -66,7 +66,7 @@ TABLE = [
     ("fit draw", "analysis.fits.flow analysis.fits.points"),
     ("draw", "analysis.paper analysis.figures.*"),
     (MEASURED, "studies.scenes studies.timing"),
-    ("bench tradeoff", "studies.bench.trajectory"),
+    ("bench tradeoff", "studies.bench.trajectories studies.interval_means"),
     ("bench", "studies.bench.*"),
     ("validation", "studies.validation studies.validation.*"),
     ("tradeoff", "studies.tradeoff.*"),
@@ -273,7 +273,7 @@ UNCOUNTED = {
     "simulation.interruption",
     "simulation.keeper",
     "studies.publish",
-    "studies.stability.markdown",
+    "studies.stability.map_markdown",
     "studies.study",
 }
 """What only resumes runs, reads studies, or shows and publishes what was measured."""

@@ -18,14 +18,14 @@ from softslip.solver.mobility.ewald import EwaldMobility
 from softslip.solver.mobility.grid import GridMobility
 from softslip.solver.neighbours import find_pairs
 from softslip.solver.suspension import RIGIDITY_TOLERANCE
-from softslip.studies.validation.solutions import Couette
+from softslip.studies.validation.solutions import CouetteFlow
 
 OUTSIDE = ["still", "periodic"]
 SYMBOLS = ["compact", "wide"]
 
 
 def couette(resolution, symbol, outside, height=0.44, gap=0.56, stress=0.3, viscosity=1.3):
-    exact = Couette(stress, viscosity, height, gap, outside)
+    exact = CouetteFlow(stress, viscosity, height, gap, outside)
     given = scenes.empty(
         solvent={"viscosity": viscosity},
         channel={"length": 1 / 16, "height": height, "outer_gap": gap, "outside": outside},

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from softslip.solver.mobility.grid import regularisation_length
-from softslip.studies.tradeoff.steady import RATES
+from softslip.studies.tradeoff.long_runs import RATES
 
 STRESSES, ROUGHNESSES = (0.05, 0.5), (0.0, 0.59)
 RECORDS, SKIPPED, SHORT = 3, 1, 2

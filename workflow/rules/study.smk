@@ -36,12 +36,12 @@ def stability_groups(wildcards):
 
 def tradeoff_parts(wildcards):
     from softslip.studies.tradeoff.members import members_of
-    from softslip.studies.tradeoff.steady import cases_of
+    from softslip.studies.tradeoff.long_runs import sheared_packings
 
     plan = study().tradeoff
     return [
         *expand(f"{NUMERICS}/member/{{name}}.nc", name=members_of(plan)),
-        *expand(f"{NUMERICS}/steady/{{name}}.nc", name=cases_of(plan)),
+        *expand(f"{NUMERICS}/steady/{{name}}.nc", name=sheared_packings(plan)),
     ]
 
 

@@ -53,7 +53,7 @@ MADE_BY = {
 
 
 @dataclass(frozen=True)
-class _Job:
+class _StudyPart:
     """A part of a study that is being worked on."""
 
     study: "Study"
@@ -81,15 +81,15 @@ class _Job:
             return json.dumps({"case": wanted.case, "axes": dict(wanted.axes)})
         if kind == "elements":
             return json.dumps(dict(self.study.elements))
-        plans = {"stability": self.study.stability, "tradeoff": self.study.tradeoff}
-        return json.dumps(plans[MADE_BY[kind]].model_dump(mode="json"))
+        designs = {"stability": self.study.stability, "tradeoff": self.study.tradeoff}
+        return json.dumps(designs[MADE_BY[kind]].model_dump(mode="json"))
 
 
-def _job(name: str) -> _Job:
+def _job(name: str) -> _StudyPart:
     """Begin a part of a study; the solver, which studies know, is imported by those who want it."""
     from softslip.studies.study import load_study
 
-    return _Job(load_study(name))
+    return _StudyPart(load_study(name))
 
 
 def _one_of(name: str, names: list[str], what: str) -> str:
@@ -139,7 +139,7 @@ def limits(output: Output, study: StudyName = "full") -> None:
 def stability_map(data: Data, output: Output, study: StudyName = "full") -> None:
     """Gather the axes of the map, and name the cells that are wrong."""
     from softslip.studies.stability import gather
-    from softslip.studies.stability.markdown import wrong_cells
+    from softslip.studies.stability.map_markdown import wrong_cells
 
     job = _job(study)
     groups = [read_dataset(path, stage="stability") for path in data]
@@ -163,7 +163,7 @@ def scene(output: Output, study: StudyName = "full") -> None:
 @one_line_errors
 def member(name: Name, scene: Scene, output: Output, study: StudyName = "full") -> None:
     """Measure one member of the trade-off: its flow, and its cost beside the reference."""
-    from softslip.studies.tradeoff.measure import measure_member
+    from softslip.studies.tradeoff.member_dataset import measure_member
     from softslip.studies.tradeoff.members import members_of
 
     job = _job(study)
@@ -178,11 +178,11 @@ def member(name: Name, scene: Scene, output: Output, study: StudyName = "full") 
 @app.command()
 @one_line_errors
 def steady(name: Name, output: Output, study: StudyName = "full") -> None:
-    """Run one packing for long, at all regularisation lengths of the plan."""
-    from softslip.studies.tradeoff.steady import cases_of, measure_steady
+    """Run one packing for long, at all regularisation lengths of the study."""
+    from softslip.studies.tradeoff.long_runs import measure_steady, sheared_packings
 
     job = _job(study)
-    cases = cases_of(job.study.tradeoff)
+    cases = sheared_packings(job.study.tradeoff)
     wanted = cases[_one_of(name, list(cases), f"long run of {study}")]
     job.write(measure_steady(wanted, job.study.tradeoff, _tell), output, "steady", name)
 

@@ -45,9 +45,9 @@ ENTRIES: Mapping[str, tuple[str, ...]] = {
     "tradeoff": (
         "softslip.studies.tradeoff.scene.prepare",
         "softslip.studies.tradeoff.members.members_of",
-        "softslip.studies.tradeoff.measure.measure_member",
-        "softslip.studies.tradeoff.steady.cases_of",
-        "softslip.studies.tradeoff.steady.measure_steady",
+        "softslip.studies.tradeoff.member_dataset.measure_member",
+        "softslip.studies.tradeoff.long_runs.sheared_packings",
+        "softslip.studies.tradeoff.long_runs.measure_steady",
         "softslip.studies.tradeoff.table.gather",
     ),
     "stability": ("softslip.studies.stability",),

@@ -8,11 +8,11 @@ from typing import Any
 
 from softslip.errors import ConfigError, DatasetError
 from softslip.files.storage import read_dataset, replacing
-from softslip.studies.bench.markdown import elements_table
-from softslip.studies.stability.markdown import limits_table, verdicts_table
+from softslip.studies.bench.elements_markdown import elements_table
+from softslip.studies.stability.map_markdown import limits_table, verdicts_table
+from softslip.studies.tradeoff.accuracy_markdown import accuracy_tables
 from softslip.studies.tradeoff.choose import choices
-from softslip.studies.tradeoff.markdown import accuracy_tables
-from softslip.studies.validation.markdown import errors_table
+from softslip.studies.validation.errors_markdown import errors_table
 
 PUBLISHED = Path("results/published/numerics")
 """Folder of what is kept, below the project's."""

@@ -9,8 +9,8 @@ from typing import Any, TypeVar
 from softslip.config.reading import in_file, read_mapping, relocated
 from softslip.errors import ConfigError
 from softslip.messages import brief, key_text
-from softslip.studies.stability.plan import Plan as StabilityPlan
-from softslip.studies.tradeoff.plan import Plan as TradeoffPlan
+from softslip.studies.stability.map_design import MapDesign
+from softslip.studies.tradeoff.tradeoff_design import TradeoffDesign
 
 STUDIES = Path("config/numerics")
 """Folder of the studies, below the current directory."""
@@ -18,7 +18,7 @@ STUDIES = Path("config/numerics")
 PARTS = ("description", "validation", "tradeoff", "stability", "elements")
 """Keys at the top of a study."""
 
-P = TypeVar("P", TradeoffPlan, StabilityPlan)
+P = TypeVar("P", TradeoffDesign, MapDesign)
 
 _NAME = re.compile(r"[A-Za-z0-9_-]{1,64}")
 
@@ -50,15 +50,15 @@ class Study:
     validation
         Sweeps over cases with known solutions, by name.
     tradeoff, stability
-        Plans of those parts.
+        Designs of those parts.
     elements
         Options of the benchmark of scene elements.
     """
 
     name: str
     validation: Mapping[str, Validation]
-    tradeoff: TradeoffPlan
-    stability: StabilityPlan
+    tradeoff: TradeoffDesign
+    stability: MapDesign
     elements: Mapping[str, Any]
 
 
@@ -104,8 +104,8 @@ def _study(name: str, tree: Mapping[Any, Any]) -> Study:
     return Study(
         name,
         {each: _validation(each, values) for each, values in sweeps.items()},
-        _plan(TradeoffPlan, tree, "tradeoff"),
-        _plan(StabilityPlan, tree, "stability"),
+        _design(TradeoffDesign, tree, "tradeoff"),
+        _design(MapDesign, tree, "stability"),
         _elements(_mapping(tree, "elements")),
     )
 
@@ -117,7 +117,7 @@ def _mapping(tree: Mapping[Any, Any], key: str) -> dict[str, Any]:
     return value
 
 
-def _plan(model: type[P], tree: Mapping[Any, Any], key: str) -> P:
+def _design(model: type[P], tree: Mapping[Any, Any], key: str) -> P:
     try:
         return model.of(_mapping(tree, key))
     except ConfigError as error:

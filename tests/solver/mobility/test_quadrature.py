@@ -10,7 +10,7 @@ from scipy.integrate import quad
 from softslip.solver.geometry import Box, Layout
 from softslip.solver.mobility.ewald import EwaldMobility
 from softslip.solver.mobility.quadrature import WIDEST, CorrectedQuadrature, missed
-from softslip.studies.validation.quadrature import Quadrature
+from softslip.studies.validation.quadrature_case import Quadrature
 from softslip.studies.validation.unbounded import Unbounded
 
 DX = 1 / 8192

@@ -23,13 +23,13 @@ from softslip.simulation import assembly
 from softslip.simulation.expansion import membrane_node_counts
 from softslip.simulation.sample import particle_radii
 from softslip.solver.membrane import membrane_areas
-from softslip.studies import bench, scenes, timing
+from softslip.studies import bench, interval_means, scenes, timing
 from softslip.studies.bench import (
     memory,
     mobility,
     run,
     scaling,
-    trajectory,
+    trajectories,
 )
 
 SMALL, LEVEL = 24, "paper"
@@ -76,8 +76,8 @@ def every_number(result):
 def travelled():
     """The benchmark of trajectories over two short records, after as good as no time at rest."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(trajectory, "SETTLED", 0.0)
-        patch.setattr(trajectory, "INTERVAL", 0.05)
+        patch.setattr(trajectories, "SETTLED", 0.0)
+        patch.setattr(trajectories, "INTERVAL", 0.05)
         return bench.bench_trajectory(SMALL, 0.5, 0.1, LEVEL, ageing=0.1)
 
 
@@ -292,10 +292,10 @@ def test_peak_memory_remembers_what_was_given_back():
 
 def test_the_mesh_and_the_level_stay_together_from_one_state(travelled):
     assert travelled["time"] == [0.05, 0.1]
-    assert set(travelled["series"]) == set(trajectory.QUANTITIES)
+    assert set(travelled["series"]) == set(interval_means.QUANTITIES)
     for runs in travelled["series"].values():
         assert {name: len(values) for name, values in runs.items()} == dict.fromkeys(
-            trajectory.RUNS, 2
+            trajectories.RUNS, 2
         )
     rates = travelled["series"]["shear_rate_wall"]
     # The coarsest level is 5 % off the mesh at most; the same start, not the same run, is shown.
@@ -311,12 +311,12 @@ def test_the_mesh_and_the_level_stay_together_from_one_state(travelled):
 
 
 def test_trajectories_have_a_box_with_a_bulk():
-    given = trajectory.parameters_of(44, "paper", 0.5, seed=2)
+    given = trajectories.parameters_of(44, "paper", 0.5, seed=2)
     channel = given.channel
     assert len(particle_radii(given)) == 44
-    assert channel.height / channel.length == pytest.approx(trajectory.ASPECT, rel=0.05)
+    assert channel.height / channel.length == pytest.approx(trajectories.ASPECT, rel=0.05)
     assert (given.seed, given.rheometer.stress) == (2, 0.5)
-    mesh = trajectory.parameters_of(44, None, 0.5)
+    mesh = trajectories.parameters_of(44, None, 0.5)
     assert (mesh.channel.outside, mesh.channel.outer_gap) == ("still", channel.outer_gap)
     assert (mesh.hydrodynamics.mobility, mesh.hydrodynamics.node_spacing) == ("grid", 1.42)
     assert (mesh.time_stepping.integrator, mesh.time_stepping.step) == ("euler", 0.002)
@@ -325,9 +325,9 @@ def test_trajectories_have_a_box_with_a_bulk():
 def test_means_are_integrals_between_edges(flowing, monkeypatch):
     """Samples of t² at uneven times, against the exact integral of the polygon through them."""
     parameters = scenes.parameters_of(SMALL, LEVEL, recording={"bulk_margin": 3.0})
-    series = trajectory.Series(parameters, flowing.layout)
+    series = interval_means.IntervalMeans(parameters, flowing.layout)
     times = [0.0, 0.1, 0.25, 0.3, 0.5]
-    values = dict.fromkeys(trajectory.QUANTITIES, 0.0)
+    values = dict.fromkeys(interval_means.QUANTITIES, 0.0)
     monkeypatch.setattr(
         series._observer, "measure", lambda state, _: values | {"slip_velocity": state.time**2}
     )

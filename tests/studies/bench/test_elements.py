@@ -10,8 +10,8 @@ from softslip.files.storage import read_dataset, write_dataset
 from softslip.simulation.sample import wall_contour
 from softslip.studies import bench, scenes
 from softslip.studies.bench import elements, elements_scenes
-from softslip.studies.bench.markdown import COLUMNS
-from softslip.studies.bench.results import ELEMENT_COSTS, WORDS
+from softslip.studies.bench.datasets import ELEMENT_COSTS, WORDS
+from softslip.studies.bench.elements_markdown import COLUMNS
 
 SMALL, LEVEL = 24, "preview"
 AGEING, SHEARING, DURATION = 0.5, 0.2, 0.4

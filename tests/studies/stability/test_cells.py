@@ -2,18 +2,18 @@ import pytest
 
 from softslip.config.parameters import Parameters
 from softslip.errors import ConfigError
-from softslip.studies.stability import GROUPS, Plan, gather, measure_group
+from softslip.studies.stability import GROUPS, MapDesign, gather, measure_group
 from softslip.studies.stability.scenery import aged, dense, in_scheme, merged, start_tree
 
 CHEAP = ("stress", "contact_energy", "roughness", "area_fraction", "wall_separation", "particles")
 
 
-@pytest.mark.parametrize("plan", [Plan(), Plan.small()])
+@pytest.mark.parametrize("design", [MapDesign(), MapDesign.small()])
 @pytest.mark.parametrize(
     "group", [name for name in GROUPS if not name.startswith("step") and name != "rest"]
 )
-def test_a_group_has_its_values_in_each_of_its_schemes(group, plan):
-    cells = GROUPS[group](plan)
+def test_a_group_has_its_values_in_each_of_its_schemes(group, design):
+    cells = GROUPS[group](design)
     assert {cell.group for cell in cells} == {group}
     schemes = {cell.scheme for cell in cells}
     for scheme in schemes:
@@ -22,18 +22,18 @@ def test_a_group_has_its_values_in_each_of_its_schemes(group, plan):
     assert all(cell.duration > 0 for cell in cells)
 
 
-@pytest.mark.parametrize("plan", [Plan(), Plan.small()])
-def test_a_rest_is_as_long_in_explicit_steps_as_it_says(plan):
+@pytest.mark.parametrize("design", [MapDesign(), MapDesign.small()])
+def test_a_rest_is_as_long_in_explicit_steps_as_it_says(design):
     """By the level, too; the level's own stepper goes through the time of those on the mesh."""
     lasting = {}
-    for cell in GROUPS["rest"](plan):
+    for cell in GROUPS["rest"](design):
         stepping = Parameters.from_mapping(cell.tree).time_stepping
         explicit = stepping.integrator == "euler"
         assert cell.label.endswith("Euler") == explicit
         if explicit:
             assert cell.duration / stepping.step == pytest.approx(cell.value, rel=1e-12)
         lasting[cell.scheme, explicit, cell.value] = cell.duration
-    for count in plan.rests:
+    for count in design.rests:
         assert ("standard", True, count) in lasting
         assert lasting["standard", False, count] == lasting["literal", True, count]
 
@@ -46,7 +46,7 @@ def test_cells_are_runs_of_the_values_that_they_name(group):
         "roughness": ("wall", "roughness"),
         "area_fraction": ("suspension", "area_fraction"),
     }
-    for cell in GROUPS[group](Plan.small()):
+    for cell in GROUPS[group](MapDesign.small()):
         given = Parameters.from_mapping(cell.tree)
         assert (given.hydrodynamics.mobility == "ewald") == (cell.scheme == "standard")
         assert (given.time_stepping.integrator == "rkc2") == (cell.scheme == "standard")
@@ -61,26 +61,26 @@ def test_cells_are_runs_of_the_values_that_they_name(group):
 def test_steps_are_those_of_the_limit():
     steps = {
         cell.value: Parameters.from_mapping(cell.tree).time_stepping.step
-        for cell in GROUPS["step_euler"](Plan.small())
+        for cell in GROUPS["step_euler"](MapDesign.small())
     }
     assert steps[10.0] / steps[0.1] == pytest.approx(100)
     assert 0.001 < steps[0.8] < 0.05
 
 
 def test_a_box_holds_the_particles_that_are_asked_for():
-    plan = Plan.small()
+    design = MapDesign.small()
     for count in (1, 2, 6):
-        start = start_tree(plan.model_copy(update={"ageing": 0.02}), count, 1 / 16)
+        start = start_tree(design.model_copy(update={"ageing": 0.02}), count, 1 / 16)
         assert aged(start).sizes["particle"] == count
         assert Parameters.from_mapping(start).suspension.area_fraction <= 0.84 + 1e-9
 
 
 def test_a_start_is_made_once():
-    assert aged(dense(Plan.small())) is aged(dense(Plan.small()))
+    assert aged(dense(MapDesign.small())) is aged(dense(MapDesign.small()))
 
 
 def test_coarse_meshes_keep_close_contact_points():
-    tree = in_scheme(Plan.small(), dense(Plan.small()), "literal")
+    tree = in_scheme(MapDesign.small(), dense(MapDesign.small()), "literal")
     assert Parameters.from_mapping(tree).steric.refinement == 4
 
 
@@ -97,25 +97,25 @@ def test_merging_leaves_its_input_alone():
 )
 def test_a_plan_says_what_is_wrong_with_it(values, key):
     with pytest.raises(ConfigError, match=key):
-        Plan.of(values)
+        MapDesign.of(values)
 
 
 def test_a_plan_takes_lists_as_yaml_has_them():
-    assert Plan.of({"stresses": [1, 0.3], "rests": [100]}).stresses == (1.0, 0.3)
+    assert MapDesign.of({"stresses": [1, 0.3], "rests": [100]}).stresses == (1.0, 0.3)
 
 
 def test_an_unknown_group_is_refused():
     with pytest.raises(ConfigError, match="is no group of the map"):
-        measure_group("temperature", Plan.small())
+        measure_group("temperature", MapDesign.small())
 
 
 def test_groups_become_one_map_in_its_order():
-    plan = Plan.small().model_copy(
+    design = MapDesign.small().model_copy(
         update={"duration": 0.02, "stresses": (0.3,), "wall_stiffnesses": (2e4, 2e6)}
     )
     told = []
-    stiff = measure_group("wall_stiffness", plan, told.append)
-    together = gather([stiff, measure_group("stress", plan)])
+    stiff = measure_group("wall_stiffness", design, told.append)
+    together = gather([stiff, measure_group("stress", design)])
     assert list(dict.fromkeys(together["group"].values)) == ["stress", "wall_stiffness"]
     assert together.attrs["cells"] == 6 == together.sizes["cell"]
     assert len(told) == 4

@@ -11,20 +11,20 @@ from softslip.solver import health
 from softslip.solver.integrators import INTEGRATORS
 from softslip.studies.stability import exact, verdict
 from softslip.studies.stability.cells import GROUPS, Cell
-from softslip.studies.stability.plan import Plan
+from softslip.studies.stability.map_design import MapDesign
 from softslip.studies.stability.scenery import dense, in_scheme, merged, scene_of
 
-PLAN = Plan.small().model_copy(update={"duration": 0.05, "stresses": (0.3,)})
+DESIGN = MapDesign.small().model_copy(update={"duration": 0.05, "stresses": (0.3,)})
 
 
 @pytest.fixture
 def cell():
-    return next(cell for cell in GROUPS["stress"](PLAN) if cell.scheme == "literal")
+    return next(cell for cell in GROUPS["stress"](DESIGN) if cell.scheme == "literal")
 
 
 @pytest.fixture
 def state_and_layout():
-    scene = scene_of(dense(PLAN), dense(PLAN))
+    scene = scene_of(dense(DESIGN), dense(DESIGN))
     state = scene.state.replace(scene.state.vector.copy(), 0.0, 0)
     return state, scene.layout, scene.parameters
 
@@ -162,7 +162,7 @@ def test_walls_are_looked_for_where_they_are_now():
 
 
 def test_what_moves_at_rest_is_wrong():
-    cells = GROUPS["rest"](Plan.small().model_copy(update={"rests": (500,)}))
+    cells = GROUPS["rest"](MapDesign.small().model_copy(update={"rests": (500,)}))
     cell = next(cell for cell in cells if cell.scheme == "literal")
     assert verdict.judge(cell).verdict == "correct"
     pushed = replace(cell, tree=merged(cell.tree, {"rheometer": {"stress": 0.01}}))
@@ -173,8 +173,8 @@ def test_what_moves_at_rest_is_wrong():
 
 def test_a_cell_of_few_nodes_has_a_reference_on_its_own_nodes():
     """Where twice the nodes are refused, the same nodes serve: 'rates' asks for them only."""
-    start = dense(PLAN)
-    tree = in_scheme(PLAN, start, "literal")
+    start = dense(DESIGN)
+    tree = in_scheme(DESIGN, start, "literal")
     cell = Cell("stress", "0.3", 0.3, "literal", tree, start, 0.02, "rates")
     evidence = verdict.judge(cell).evidence
     assert evidence.rate_error < verdict.RATE_ERROR

@@ -13,9 +13,9 @@ from softslip.studies.tradeoff.members import (
     reference_of,
     smallest,
 )
-from softslip.studies.tradeoff.plan import Plan
+from softslip.studies.tradeoff.tradeoff_design import TradeoffDesign
 
-SMALL = Plan.of(
+SMALL = TradeoffDesign.of(
     {
         "particles": 24,
         "regularisations": [0.2, None],
@@ -60,7 +60,7 @@ def test_each_regularisation_length_has_a_finest_member_and_the_smallest_a_twin(
 
 
 def test_names_of_all_members_are_safe_in_files_and_stand_for_their_keys():
-    for name, member in members_of(Plan()).items():
+    for name, member in members_of(TradeoffDesign()).items():
         assert member.name == name
         assert re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]*", name)
 
@@ -71,7 +71,7 @@ def test_none_is_between_smaller_and_larger_regularisation_lengths():
 
 
 def test_contact_points_stay_close_whatever_the_node_spacing():
-    for member in members_of(Plan()).values():
+    for member in members_of(TradeoffDesign()).values():
         if member.kind == "factorial":
             spacing = member.settings["hydrodynamics"]["node_spacing"]
             assert spacing / member.settings["steric"]["refinement"] <= CONTACT_SPACING
@@ -121,13 +121,13 @@ def test_levels_are_members_with_the_settings_of_the_level_alone():
 
 
 def test_a_variant_may_not_take_the_name_of_another_member():
-    plan = SMALL.model_copy(update={"variants": {"twin": _variant()}})
+    design = SMALL.model_copy(update={"variants": {"twin": _variant()}})
     with pytest.raises(ConfigError, match=r"variants\.twin"):
-        members_of(plan)
+        members_of(design)
 
 
 def _variant():
-    return Plan.of({"variants": {"other": {}}}).variants["other"]
+    return TradeoffDesign.of({"variants": {"other": {}}}).variants["other"]
 
 
 def test_settings_that_contradict_the_scene_are_refused_where_they_are_used():

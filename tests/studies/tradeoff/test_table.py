@@ -4,9 +4,9 @@ import tradeoff_synthetic as synthetic
 import xarray as xr
 
 from softslip.errors import DatasetError
-from softslip.studies.tradeoff import limits
+from softslip.studies.tradeoff import extrapolation
+from softslip.studies.tradeoff.accuracy_markdown import accuracy_tables
 from softslip.studies.tradeoff.comparison import effective_regularisation
-from softslip.studies.tradeoff.markdown import accuracy_tables
 from softslip.studies.tradeoff.table import gather, pareto
 
 
@@ -17,7 +17,9 @@ def table():
 
 def test_a_parabola_is_extrapolated_exactly():
     spreads = np.array([0.4, 0.1, 0.2, 0.86, 1.5])
-    found = limits.extrapolated(spreads, 3 - 2 * spreads + 0.5 * np.minimum(spreads, 1.0) ** 2)
+    found = extrapolation.extrapolated(
+        spreads, 3 - 2 * spreads + 0.5 * np.minimum(spreads, 1.0) ** 2
+    )
     # Of the points only the last, which is too large to be fitted, is off the parabola.
     assert float(found.value) == pytest.approx(3.0, rel=1e-12)
     assert float(found.slope) == pytest.approx(-2.0, rel=1e-12)
@@ -27,17 +29,17 @@ def test_a_parabola_is_extrapolated_exactly():
 
 def test_a_line_leaves_no_doubt_and_no_residual():
     spreads = np.array([0.1, 0.2, 0.4])
-    found = limits.extrapolated(spreads, np.outer(1 - spreads, [1.0, 2.0]))
+    found = extrapolation.extrapolated(spreads, np.outer(1 - spreads, [1.0, 2.0]))
     assert found.value == pytest.approx([1.0, 2.0], rel=1e-12)
     assert np.abs(found.uncertainty).max() < 1e-12
     assert np.abs(found.residual).max() < 1e-12
 
 
 def test_two_points_make_a_line_and_one_makes_none():
-    two = limits.extrapolated(np.array([0.2, 0.86]), np.array([0.8, 0.14]))
+    two = extrapolation.extrapolated(np.array([0.2, 0.86]), np.array([0.8, 0.14]))
     assert float(two.value) == pytest.approx(1.0)
     assert float(two.uncertainty) == pytest.approx(0.2)
-    one = limits.extrapolated(np.array([0.2]), np.array([0.8]))
+    one = extrapolation.extrapolated(np.array([0.2]), np.array([0.8]))
     assert float(one.value) == 0.8
     assert np.isnan(one.uncertainty)
 
@@ -46,7 +48,7 @@ def test_a_weighted_line_has_the_errors_of_least_squares():
     spreads, errors = np.array([0.1, 0.3, 0.5, 0.8]), np.array([0.1, 0.2, 0.1, 0.3])
     random = np.random.default_rng(np.random.SeedSequence(3))
     draws = [
-        limits.fitted(spreads, 2 - spreads + errors * random.standard_normal(4), errors)
+        extrapolation.fitted(spreads, 2 - spreads + errors * random.standard_normal(4), errors)
         for _ in range(4000)
     ]
     values = np.array([each.value for each in draws])
@@ -57,7 +59,9 @@ def test_a_weighted_line_has_the_errors_of_least_squares():
 
 
 def test_a_line_needs_two_points_with_errors():
-    found = limits.fitted(np.array([0.1, 0.2]), np.array([1.0, np.nan]), np.array([0.1, 0.1]))
+    found = extrapolation.fitted(
+        np.array([0.1, 0.2]), np.array([1.0, np.nan]), np.array([0.1, 0.1])
+    )
     assert np.isnan(found.value)
 
 

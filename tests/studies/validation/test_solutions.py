@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from softslip.studies.validation.solutions import Couette, EnclosedVortices, ShearWave, Vortices
+from softslip.studies.validation.solutions import CouetteFlow, EnclosedVortices, ShearWave, Vortices
 
 LENGTH, PERIOD, COUNT = 0.75, 0.5, 128
 FLOWS = [
@@ -62,9 +62,9 @@ def test_enclosed_vortices_do_nothing_outside():
 
 
 def test_couette_flow_is_balanced_by_both_solvents():
-    inside = Couette(0.3, 2.0, 0.4, 0.1, "periodic")
+    inside = CouetteFlow(0.3, 2.0, 0.4, 0.1, "periodic")
     backwards = inside.viscosity * inside.relative_speed / inside.outer_gap
     assert inside.traction == pytest.approx(inside.stress + backwards)
-    assert Couette(0.3, 2.0, 0.4, 0.1, "still").traction == 0.3
+    assert CouetteFlow(0.3, 2.0, 0.4, 0.1, "still").traction == 0.3
     walls = inside.velocity(np.array([0.0, 0.4]))
     assert walls[1] - walls[0] == pytest.approx(inside.relative_speed)

@@ -3,13 +3,13 @@
 Each returns a plain dictionary, and `as_dataset` makes a dataset of it.
 """
 
+from softslip.studies.bench.datasets import as_dataset
 from softslip.studies.bench.elements import bench_elements
-from softslip.studies.bench.markdown import elements_table
+from softslip.studies.bench.elements_markdown import elements_table
 from softslip.studies.bench.mobility import bench_mobility
-from softslip.studies.bench.results import as_dataset
 from softslip.studies.bench.run import bench_run
 from softslip.studies.bench.scaling import SIZES, bench_scaling
-from softslip.studies.bench.trajectory import bench_trajectory
+from softslip.studies.bench.trajectories import bench_trajectory
 
 __all__ = [
     "SIZES",

@@ -8,8 +8,7 @@ from typing import Any, Literal
 from softslip.config.parameters import Parameters
 from softslip.solver.films import REFERENCE_MESH_SIZE
 from softslip.studies import scenes
-from softslip.studies.stability.limits import spectral_radius
-from softslip.studies.stability.plan import Plan
+from softslip.studies.stability.map_design import MapDesign
 from softslip.studies.stability.scenery import (
     NARROW,
     SCHEMES,
@@ -22,6 +21,7 @@ from softslip.studies.stability.scenery import (
     scene_of,
     start_tree,
 )
+from softslip.studies.stability.step_limits import spectral_radius
 
 WIDEST = 0.65
 """Node spacing over the contact range where the range is the axis, just below what is allowed."""
@@ -67,20 +67,20 @@ class Cell:
 
 def _along(
     group: str,
-    plan: Plan,
+    design: MapDesign,
     values: tuple[float, ...],
     change: Callable[[float], Mapping[str, Mapping[str, Any]]],
     duration: Callable[[float], float],
 ) -> list[Cell]:
     """Return the cells of an axis that only changes parameters of the dense scene."""
-    start = dense(plan)
+    start = dense(design)
     return [
         Cell(
             group,
             f"{value:g}",
             value,
             scheme,
-            merged(in_scheme(plan, start, scheme), change(value)),
+            merged(in_scheme(design, start, scheme), change(value)),
             start,
             duration(value) * (PATIENCE if scheme == "standard" else 1.0),
         )
@@ -91,7 +91,7 @@ def _along(
 
 def _between(
     group: str,
-    plan: Plan,
+    design: MapDesign,
     starts: Mapping[float, Tree],
     schemes: tuple[Scheme, ...] = SCHEMES,
 ) -> list[Cell]:
@@ -102,33 +102,33 @@ def _between(
             f"{value:g}",
             value,
             scheme,
-            in_scheme(plan, start, scheme),
+            in_scheme(design, start, scheme),
             start,
-            plan.duration * (PATIENCE if scheme == "standard" else 1.0),
+            design.duration * (PATIENCE if scheme == "standard" else 1.0),
         )
         for scheme in schemes
         for value, start in starts.items()
     ]
 
 
-def _stresses(plan: Plan) -> list[Cell]:
+def _stresses(design: MapDesign) -> list[Cell]:
     return _along(
         "stress",
-        plan,
-        plan.stresses,
+        design,
+        design.stresses,
         lambda value: {"rheometer": {"stress": value}},
-        lambda value: plan.duration / max(1.0, 2.0 * value),
+        lambda value: design.duration / max(1.0, 2.0 * value),
     )
 
 
-def _euler_steps(plan: Plan) -> list[Cell]:
-    start = dense(plan)
-    tree = in_scheme(plan, start, "literal")
+def _euler_steps(design: MapDesign) -> list[Cell]:
+    start = dense(design)
+    tree = in_scheme(design, start, "literal")
     limit = 2.0 / spectral_radius(scene_of(start, tree))
     # A whole number of steps to each look, so that none is cut short.
     count = {
-        value: max(math.ceil(plan.duration / (value * limit) / FEWEST_STEPS), 1) * FEWEST_STEPS
-        for value in plan.steps
+        value: max(math.ceil(design.duration / (value * limit) / FEWEST_STEPS), 1) * FEWEST_STEPS
+        for value in design.steps
     }
     return [
         Cell(
@@ -140,13 +140,13 @@ def _euler_steps(plan: Plan) -> list[Cell]:
             start,
             count[value] * value * limit,
         )
-        for value in plan.steps
+        for value in design.steps
     ]
 
 
-def _rkc2_steps(plan: Plan) -> list[Cell]:
+def _rkc2_steps(design: MapDesign) -> list[Cell]:
     """Return cells of 'rkc2' at its loosest tolerance, asked for steps over the Euler limit."""
-    start = dense(plan)
+    start = dense(design)
     limit = 2.0 / spectral_radius(scene_of(start, start))
     return [
         Cell(
@@ -165,108 +165,110 @@ def _rkc2_steps(plan: Plan) -> list[Cell]:
                 },
             ),
             start,
-            plan.duration,
+            design.duration,
         )
-        for value in plan.steps
+        for value in design.steps
     ]
 
 
-def _wall_stiffnesses(plan: Plan) -> list[Cell]:
+def _wall_stiffnesses(design: MapDesign) -> list[Cell]:
     return _along(
         "wall_stiffness",
-        plan,
-        plan.wall_stiffnesses,
+        design,
+        design.wall_stiffnesses,
         lambda value: {"wall": {"stiffness": value}},
-        lambda value: plan.duration,
+        lambda value: design.duration,
     )
 
 
-def _membrane_moduli(plan: Plan) -> list[Cell]:
+def _membrane_moduli(design: MapDesign) -> list[Cell]:
     return _along(
         "membrane_modulus",
-        plan,
-        plan.membrane_moduli,
+        design,
+        design.membrane_moduli,
         lambda value: {"membrane": {"elastic_constant": value}},
-        lambda value: plan.duration / max(1.0, value),
+        lambda value: design.duration / max(1.0, value),
     )
 
 
-def _contact_energies(plan: Plan) -> list[Cell]:
+def _contact_energies(design: MapDesign) -> list[Cell]:
     return _along(
         "contact_energy",
-        plan,
-        plan.contact_energies,
+        design,
+        design.contact_energies,
         lambda value: {"steric": {"energy": value}},
-        lambda value: plan.duration,
+        lambda value: design.duration,
     )
 
 
-def _contact_ranges(plan: Plan) -> list[Cell]:
+def _contact_ranges(design: MapDesign) -> list[Cell]:
     """Return cells of the paper's ε, of particles grown with films in proportion to the range."""
     starts = {}
-    for value in plan.contact_ranges:
+    for value in design.contact_ranges:
         spacing = min(5.0, WIDEST * value)
         starts[value] = merged(
-            start_tree(plan, 6, 3 / 64),
+            start_tree(design, 6, 3 / 64),
             {
                 "steric": {"length": value * REFERENCE_MESH_SIZE},
                 "hydrodynamics": {"node_spacing": spacing, "regularisation": None},
                 "expansion": {"contact_length": 0.00125 * value / 9},
             },
         )
-    cells = _between("contact_range", plan, starts, ("standard",))
+    cells = _between("contact_range", design, starts, ("standard",))
     return [replace(cell, criterion="sharper") for cell in cells]
 
 
-def _roughnesses(plan: Plan) -> list[Cell]:
-    length = scenes.channel_sides(plan.particles)[0]
+def _roughnesses(design: MapDesign) -> list[Cell]:
+    length = scenes.channel_sides(design.particles)[0]
     return _between(
         "roughness",
-        plan,
+        design,
         {
-            value: start_tree(plan, plan.particles, length, roughness=value)
-            for value in plan.roughnesses
+            value: start_tree(design, design.particles, length, roughness=value)
+            for value in design.roughnesses
         },
     )
 
 
-def _area_fractions(plan: Plan) -> list[Cell]:
-    length = scenes.channel_sides(plan.particles)[0]
+def _area_fractions(design: MapDesign) -> list[Cell]:
+    length = scenes.channel_sides(design.particles)[0]
     return _between(
         "area_fraction",
-        plan,
+        design,
         {
-            value: start_tree(plan, plan.particles, length, fraction=value)
-            for value in plan.area_fractions
+            value: start_tree(design, design.particles, length, fraction=value)
+            for value in design.area_fractions
         },
     )
 
 
-def _separations(plan: Plan) -> list[Cell]:
+def _separations(design: MapDesign) -> list[Cell]:
     starts = {}
-    for value in plan.separations:
+    for value in design.separations:
         height = value * scenes.MEAN_RADIUS
         starts[value] = merged(
-            start_tree(plan, 6, NARROW),
+            start_tree(design, 6, NARROW),
             {"channel": {"height": height, "outer_gap": scenes.outer_gap(height)}},
         )
-    return _between("wall_separation", plan, starts)
+    return _between("wall_separation", design, starts)
 
 
-def _counts(plan: Plan) -> list[Cell]:
+def _counts(design: MapDesign) -> list[Cell]:
     return _between(
-        "particles", plan, {float(count): start_tree(plan, count, NARROW) for count in plan.counts}
+        "particles",
+        design,
+        {float(count): start_tree(design, count, NARROW) for count in design.counts},
     )
 
 
-def _rests(plan: Plan) -> list[Cell]:
+def _rests(design: MapDesign) -> list[Cell]:
     """Return cells of one particle at rest: by the level, by explicit steps, and on the mesh.
 
     The box is the smallest that has room around the particle, and the mesh coarse: what takes a
     million steps must be cheap. The level itself goes through the same time as the mesh.
     """
     start = merged(
-        start_tree(plan, 1, REST_LENGTH),
+        start_tree(design, 1, REST_LENGTH),
         {
             "rheometer": {"stress": 0.0},
             "channel": {"height": REST_HEIGHT, "outer_gap": scenes.outer_gap(REST_HEIGHT)},
@@ -276,7 +278,7 @@ def _rests(plan: Plan) -> list[Cell]:
     start = merged(start, {"suspension": {"area_fraction": fraction}})
     coarse = {"resolution": round(1.0 / (COARSE * REFERENCE_MESH_SIZE))}
     mesh = merged(
-        in_scheme(plan, start, "literal"),
+        in_scheme(design, start, "literal"),
         {"hydrodynamics": coarse, "time_stepping": start["time_stepping"]},
     )
     explicit = {"integrator": "euler", "step": REST_STEP}
@@ -299,7 +301,7 @@ def _rests(plan: Plan) -> list[Cell]:
             "rest",
         )
         for scheme, how, tree in kinds
-        for count in plan.rests
+        for count in design.rests
     ]
 
 
@@ -316,9 +318,9 @@ FASTEST = 5.0
 """Stress that shears walls past many periods [stress unit]."""
 
 
-def _far_shears(plan: Plan) -> list[Cell]:
-    start = start_tree(plan, 1, 3 / 64, roughness=0.3)
-    cells = _between("far_shear", plan, dict.fromkeys(plan.periods, start), ("standard",))
+def _far_shears(design: MapDesign) -> list[Cell]:
+    start = start_tree(design, 1, 3 / 64, roughness=0.3)
+    cells = _between("far_shear", design, dict.fromkeys(design.periods, start), ("standard",))
     speed = FASTEST * start["channel"]["height"]
     return [
         replace(
@@ -331,8 +333,8 @@ def _far_shears(plan: Plan) -> list[Cell]:
     ]
 
 
-def _printed_controls(plan: Plan) -> list[Cell]:
-    start = start_tree(plan, 6, NARROW)
+def _printed_controls(design: MapDesign) -> list[Cell]:
+    start = start_tree(design, 6, NARROW)
     return [
         Cell(
             "printed_control",
@@ -340,11 +342,11 @@ def _printed_controls(plan: Plan) -> list[Cell]:
             float(control == "printed"),
             scheme,
             merged(
-                in_scheme(plan, start, scheme),
+                in_scheme(design, start, scheme),
                 {"rheometer": {"control": control}, "channel": {"outside": outside}},
             ),
             start,
-            plan.duration,
+            design.duration,
         )
         for scheme in SCHEMES
         for outside in ("still", "periodic")
@@ -352,7 +354,7 @@ def _printed_controls(plan: Plan) -> list[Cell]:
     ]
 
 
-GROUPS: Mapping[str, Callable[[Plan], list[Cell]]] = {
+GROUPS: Mapping[str, Callable[[MapDesign], list[Cell]]] = {
     "step_euler": _euler_steps,
     "step_rkc2": _rkc2_steps,
     "stress": _stresses,

@@ -16,7 +16,7 @@ from softslip.simulation.packing import pack
 from softslip.solver.films import REFERENCE_MESH_SIZE
 from softslip.solver.geometry import FloatArray
 from softslip.studies import scenes
-from softslip.studies.stability.plan import Plan
+from softslip.studies.stability.map_design import MapDesign
 
 Scheme = Literal["standard", "literal"]
 """The level of fidelity 'standard', or the paper's mesh and Euler steps."""
@@ -55,7 +55,7 @@ def particle_area() -> float:
 
 
 def start_tree(
-    plan: Plan, count: int, length: float, *, roughness: float = 0.0, fraction: float = FILL
+    design: MapDesign, count: int, length: float, *, roughness: float = 0.0, fraction: float = FILL
 ) -> dict[str, Any]:
     """Return the parameters of a box of N particles of period L_x between walls.
 
@@ -70,7 +70,7 @@ def start_tree(
         fraction = count * each / (length * height)
     return {
         "fidelity": "standard",
-        "seed": plan.seed,
+        "seed": design.seed,
         "channel": {"length": length, "height": height, "outer_gap": scenes.outer_gap(height)},
         "suspension": {
             "area_fraction": fraction if count else 0.0,
@@ -79,17 +79,17 @@ def start_tree(
         },
         "wall": {"roughness": roughness},
         "rheometer": {"stress": scenes.STRESS},
-        "time_stepping": {"ageing_time": plan.ageing},
+        "time_stepping": {"ageing_time": design.ageing},
         "recording": {"bulk_margin": None},
     }
 
 
-def dense(plan: Plan) -> dict[str, Any]:
+def dense(design: MapDesign) -> dict[str, Any]:
     """Return the start of the scene in which neither walls nor packing vary."""
-    return start_tree(plan, plan.particles, scenes.channel_sides(plan.particles)[0])
+    return start_tree(design, design.particles, scenes.channel_sides(design.particles)[0])
 
 
-def in_scheme(plan: Plan, start: Tree, scheme: Scheme) -> dict[str, Any]:
+def in_scheme(design: MapDesign, start: Tree, scheme: Scheme) -> dict[str, Any]:
     """Return the parameters of a run in a scheme that begins from a start.
 
     On a mesh coarser than the paper's, contacts keep points as close as its nodes: farther apart
@@ -97,10 +97,10 @@ def in_scheme(plan: Plan, start: Tree, scheme: Scheme) -> dict[str, Any]:
     """
     if scheme == "standard":
         return dict(start)
-    coarser = round(1.0 / (plan.resolution * REFERENCE_MESH_SIZE))
+    coarser = round(1.0 / (design.resolution * REFERENCE_MESH_SIZE))
     return merged(
         {**start, "fidelity": None, "hydrodynamics": {}, "time_stepping": {}},
-        {"hydrodynamics": {"resolution": plan.resolution}, "steric": {"refinement": coarser}},
+        {"hydrodynamics": {"resolution": design.resolution}, "steric": {"refinement": coarser}},
     )
 
 

@@ -169,7 +169,7 @@ def judge(cell: Cell) -> Judgement:
 
 
 @dataclass(frozen=True)
-class Run:
+class WatchedRun:
     """A run to its end, and what was seen on the way."""
 
     watch: Watch
@@ -194,7 +194,7 @@ def _unseen(*_: float) -> None:
     """Show no progress."""
 
 
-def _run(scene: scenes.Scene, duration: float, evidence: Evidence) -> Run:
+def _run(scene: scenes.Scene, duration: float, evidence: Evidence) -> WatchedRun:
     state = scene.state
     stops = duration * np.arange(1, LOOKS + 1) / LOOKS
     watch = Watch(scene.parameters, scene.layout, {0.0, *stops.tolist()})
@@ -208,7 +208,7 @@ def _run(scene: scenes.Scene, duration: float, evidence: Evidence) -> Run:
     evidence.rejections = float(done.rejections)
     moved = done.state.wall_displacement - state.wall_displacement
     rate = float(moved[UPPER] - moved[LOWER]) / (scene.parameters.channel.height * duration)
-    return Run(watch, done, rate)
+    return WatchedRun(watch, done, rate)
 
 
 def _tight(cell: Cell) -> dict[str, object]:
@@ -223,7 +223,9 @@ def _tight(cell: Cell) -> dict[str, object]:
     return merged(cell.tree, {"time_stepping": tight})
 
 
-def _against_finer(cell: Cell, scene: scenes.Scene, run: Run, evidence: Evidence) -> list[str]:
+def _against_finer(
+    cell: Cell, scene: scenes.Scene, run: WatchedRun, evidence: Evidence
+) -> list[str]:
     """Say how a run differs from one on twice the nodes, or from one on its own if that stops."""
     tight, problems = _tight(cell), []
     spacing = scene.parameters.hydrodynamics.node_spacing
@@ -251,7 +253,7 @@ def _too_far(rate: float, position: float) -> list[str]:
     return faults
 
 
-def _sharpen(cell: Cell, scene: scenes.Scene, run: Run, evidence: Evidence) -> None:
+def _sharpen(cell: Cell, scene: scenes.Scene, run: WatchedRun, evidence: Evidence) -> None:
     """Note how much of the shear rate hangs on the regularisation length."""
     given = scene.parameters
     epsilon = regularisation_of(given) * given.hydrodynamics.resolution / SHARPER
@@ -262,7 +264,7 @@ def _sharpen(cell: Cell, scene: scenes.Scene, run: Run, evidence: Evidence) -> N
 
 
 def _differences(
-    cell: Cell, scene: scenes.Scene, run: Run, finer: tuple[scenes.Scene, Run]
+    cell: Cell, scene: scenes.Scene, run: WatchedRun, finer: tuple[scenes.Scene, WatchedRun]
 ) -> tuple[float, float]:
     """Return how far shear rates and nodes differ; NaN for nodes that are not to be compared."""
     given = scene.parameters
@@ -278,7 +280,7 @@ def _differences(
     return rate, float(np.sqrt(np.mean(np.sum(apart**2, axis=1)))) / contact
 
 
-def _on_nodes(finer: tuple[scenes.Scene, Run], layout: Layout) -> FloatArray:
+def _on_nodes(finer: tuple[scenes.Scene, WatchedRun], layout: Layout) -> FloatArray:
     """Return the finer run's membranes at the material points of another layout's nodes."""
     scene, run = finer
     chains = split(run.stretch.state.node_position, scene.layout.offsets)
@@ -291,7 +293,7 @@ def _on_nodes(finer: tuple[scenes.Scene, Run], layout: Layout) -> FloatArray:
     )
 
 
-def _drift(scene: scenes.Scene, run: Run, evidence: Evidence) -> list[str]:
+def _drift(scene: scenes.Scene, run: WatchedRun, evidence: Evidence) -> list[str]:
     before, after = scene.state, run.stretch.state
     given = scene.parameters
     apart = periodic_difference(after.node_position, before.node_position, given.channel.length)
@@ -303,7 +305,7 @@ def _drift(scene: scenes.Scene, run: Run, evidence: Evidence) -> list[str]:
     return [f"something at rest moved by {evidence.position_error:.2g} contact ranges"]
 
 
-def _lost_digits(scene: scenes.Scene, run: Run) -> list[str]:
+def _lost_digits(scene: scenes.Scene, run: WatchedRun) -> list[str]:
     """Say what walls far from where they began have cost.
 
     The equations must not see whole periods: with these taken away from the walls' displacements,

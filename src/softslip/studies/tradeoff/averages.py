@@ -7,8 +7,8 @@ import xarray as xr
 
 from softslip.solver.geometry import FloatArray
 from softslip.solver.mobility.grid import regularisation_length
-from softslip.studies.tradeoff.limits import fitted
-from softslip.studies.tradeoff.steady import RATES
+from softslip.studies.tradeoff.extrapolation import fitted
+from softslip.studies.tradeoff.long_runs import RATES
 
 FEWEST_BLOCKS, FEWEST_RECORDS = 2, 2
 """Blocks at least into which the last half of a run is cut, and records at least in a block."""
@@ -18,12 +18,12 @@ HALVINGS = 4
 
 
 def gather_steady(cases: Sequence[xr.Dataset]) -> xr.Dataset:
-    """Return the steady averages of all long runs of one plan.
+    """Return the steady averages of all long runs of one design.
 
     Parameters
     ----------
     cases
-        Of `studies.tradeoff.steady.measure_steady`.
+        Of `studies.tradeoff.long_runs.measure_steady`.
 
     Returns
     -------

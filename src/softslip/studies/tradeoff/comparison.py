@@ -11,8 +11,8 @@ from softslip.errors import DatasetError
 from softslip.solver.films import REFERENCE_MESH_SIZE
 from softslip.solver.geometry import FloatArray
 from softslip.solver.mobility.grid import regularisation_length
-from softslip.studies.tradeoff.limits import Limit, extrapolated
-from softslip.studies.tradeoff.steady import RATES
+from softslip.studies.tradeoff.extrapolation import Limit, extrapolated
+from softslip.studies.tradeoff.long_runs import RATES
 
 SCENE = ("stress", "roughness")
 """Dimensions that tell scenes apart."""
@@ -51,7 +51,7 @@ class Comparison:
     Parameters
     ----------
     members
-        Of `studies.tradeoff.measure.measure_member`.
+        Of `studies.tradeoff.member_dataset.measure_member`.
 
     Attributes
     ----------

@@ -8,8 +8,8 @@ from typing import Any, Literal
 from softslip.config.parameters import Parameters
 from softslip.errors import ConfigError
 from softslip.studies import scenes
-from softslip.studies.bench import trajectory
-from softslip.studies.tradeoff.plan import Plan, Variant
+from softslip.studies.bench import trajectories
+from softslip.studies.tradeoff.tradeoff_design import TradeoffDesign, Variant
 
 Kind = Literal["factorial", "finest", "closer", "twin", "level", "variant"]
 """Of the grid of settings; the finest of each regularisation length; one on closer nodes still;
@@ -19,7 +19,7 @@ Tree = Mapping[str, Mapping[str, Any]]
 """Settings by group and key."""
 
 LEVEL = "standard"
-"""Level that gives members what the plan does not vary, and that costs are compared with."""
+"""Level that gives members what the design does not vary, and that costs are compared with."""
 
 LITERAL = "literal"
 """What the paper's own scheme is called, which has no level."""
@@ -68,7 +68,12 @@ class Member:
 
 
 def parameters_of(
-    member: Member, plan: Plan, stress: float, roughness: float, *, seed: int | None = None
+    member: Member,
+    design: TradeoffDesign,
+    stress: float,
+    roughness: float,
+    *,
+    seed: int | None = None,
 ) -> Parameters:
     """Return the parameters of a member's run on one scene.
 
@@ -84,11 +89,11 @@ def parameters_of(
     }
     for name, values in member.settings.items():
         groups[name] = {**groups.get(name, {}), **values}
-    given = trajectory.parameters_of(
-        plan.particles,
+    given = trajectories.parameters_of(
+        design.particles,
         member.level,
         stress,
-        seed=plan.seed if seed is None else seed,
+        seed=design.seed if seed is None else seed,
         **{name: values for name, values in groups.items() if name != "channel"},
     )
     channel = dict(groups.get("channel", {}))
@@ -100,16 +105,18 @@ def parameters_of(
     return Parameters.from_mapping({**tree, "channel": {**tree["channel"], **channel}})
 
 
-def members_of(plan: Plan) -> dict[str, Member]:
-    """Return all members of a plan by name: first the finest, then the grid, levels and variants.
+def members_of(design: TradeoffDesign) -> dict[str, Member]:
+    """Return all members of a design by name: first the finest, then the grid, levels and variants.
 
     Raises
     ------
     ConfigError
         When a variant has the name of another member.
     """
-    found = {member.name: member for member in (*_finest(plan), *_factorial(plan), *_levels(plan))}
-    for name, variant in plan.variants.items():
+    found = {
+        member.name: member for member in (*_finest(design), *_factorial(design), *_levels(design))
+    }
+    for name, variant in design.variants.items():
         if name in found:
             raise ConfigError(
                 f"variants.{name}", name, "is the name of another member", "use another name"
@@ -118,7 +125,7 @@ def members_of(plan: Plan) -> dict[str, Member]:
     return found
 
 
-def reference_of(plan: Plan) -> Member:
+def reference_of(design: TradeoffDesign) -> Member:
     """Return the member whose cost is measured in every job beside the member's own."""
     return Member("reference", "level", LEVEL)
 
@@ -133,38 +140,38 @@ def smallest(regularisations: tuple[float | None, ...]) -> float | None:
     return min(regularisations, key=lambda value: 1.0 if value is None else value)
 
 
-def finest_member(plan: Plan, regularisation: float | None) -> Member:
+def finest_member(design: TradeoffDesign, regularisation: float | None) -> Member:
     """Return the member of the closest nodes and the least tolerance."""
-    tree = _settings(regularisation, min(plan.node_spacings), plan.finest_tolerance)
+    tree = _settings(regularisation, min(design.node_spacings), design.finest_tolerance)
     return Member(finest_name(regularisation), "finest", settings=tree)
 
 
-def _finest(plan: Plan) -> list[Member]:
-    found = [finest_member(plan, each) for each in plan.regularisations]
-    least = smallest(plan.regularisations)
-    settings = finest_member(plan, least).settings
+def _finest(design: TradeoffDesign) -> list[Member]:
+    found = [finest_member(design, each) for each in design.regularisations]
+    least = smallest(design.regularisations)
+    settings = finest_member(design, least).settings
     found.append(Member("twin", "twin", settings=settings))
-    if plan.closer_spacing is not None:
-        closer = _settings(least, plan.closer_spacing, plan.finest_tolerance)
+    if design.closer_spacing is not None:
+        closer = _settings(least, design.closer_spacing, design.finest_tolerance)
         found.append(Member("closer", "closer", settings=closer))
     return found
 
 
-def _factorial(plan: Plan) -> list[Member]:
+def _factorial(design: TradeoffDesign) -> list[Member]:
     return [
         Member(
             f"e{_spread(spread)}-n{spacing:g}-t{tolerance:g}",
             "factorial",
             settings=_settings(spread, spacing, tolerance),
         )
-        for spread in plan.regularisations
-        for spacing in plan.node_spacings
-        for tolerance in plan.tolerances
+        for spread in design.regularisations
+        for spacing in design.node_spacings
+        for tolerance in design.tolerances
     ]
 
 
-def _levels(plan: Plan) -> list[Member]:
-    return [Member(f"level-{name}", "level", name) for name in plan.levels]
+def _levels(design: TradeoffDesign) -> list[Member]:
+    return [Member(f"level-{name}", "level", name) for name in design.levels]
 
 
 def _variant(name: str, variant: Variant) -> Member:

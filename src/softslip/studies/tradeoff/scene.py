@@ -18,21 +18,21 @@ from softslip.solver.geometry import FloatArray
 from softslip.studies import scenes
 from softslip.studies.timing import Tell, silent
 from softslip.studies.tradeoff.members import LEVEL, Member, finest_member, parameters_of
-from softslip.studies.tradeoff.plan import Plan
+from softslip.studies.tradeoff.tradeoff_design import TradeoffDesign
 
 PER_PARTICLE, PER_SCENE = ("nodes_per_particle", "reference_area"), ("wall_displacement",)
 """Variables along ``particle`` and along ``scene``."""
 
 
-def prepare(plan: Plan, tell: Tell = silent) -> xr.Dataset:
+def prepare(design: TradeoffDesign, tell: Tell = silent) -> xr.Dataset:
     """Return the membranes of every scene, flowing and at rest on the closest nodes.
 
-    Packings are grown and aged at `LEVEL`, sheared there for ``plan.shearing``, then for
-    ``plan.settling`` on the closest nodes of the plan at the mesh's regularisation length.
+    Packings are grown and aged at `LEVEL`, sheared there for ``design.shearing``, then for
+    ``design.settling`` on the closest nodes of the design at the mesh's regularisation length.
 
     Parameters
     ----------
-    plan
+    design
         Its stresses, roughnesses and times.
     tell
         Shown each scene.
@@ -43,13 +43,13 @@ def prepare(plan: Plan, tell: Tell = silent) -> xr.Dataset:
         When there is no such packing, or a run fails.
     """
     found = []
-    for roughness in plan.roughnesses:
-        tell(f"ageing {plan.particles} particles at roughness {roughness:g}")
-        aged = aged_packing(Member("start", "level", LEVEL), plan, roughness)
-        for stress in plan.stresses:
+    for roughness in design.roughnesses:
+        tell(f"ageing {design.particles} particles at roughness {roughness:g}")
+        aged = aged_packing(Member("start", "level", LEVEL), design, roughness)
+        for stress in design.stresses:
             tell(f"shearing at roughness {roughness:g} and stress {stress:g}")
-            found.append(_flowing(aged, plan, stress, roughness))
-    places = [(stress, roughness) for roughness in plan.roughnesses for stress in plan.stresses]
+            found.append(_flowing(aged, design, stress, roughness))
+    places = [(stress, roughness) for roughness in design.roughnesses for stress in design.stresses]
     stresses, roughnesses = map(list, zip(*places, strict=True))
     return _joined(found).assign_coords(
         stress=("scene", stresses, {"units": "stress unit", "long_name": "imposed stress"}),
@@ -59,17 +59,17 @@ def prepare(plan: Plan, tell: Tell = silent) -> xr.Dataset:
 
 def aged_packing(
     member: Member,
-    plan: Plan,
+    design: TradeoffDesign,
     roughness: float,
     *,
     seed: int | None = None,
     ageing: float | None = None,
 ) -> xr.Dataset:
-    """Return an aged packing of the plan with a member's settings, see `hydrodynamics.age`."""
+    """Return an aged packing of the design with a member's settings, see `hydrodynamics.age`."""
     # What is imposed has no effect on ageing.
-    given = parameters_of(member, plan, plan.stresses[0], roughness, seed=seed)
+    given = parameters_of(member, design, design.stresses[0], roughness, seed=seed)
     tree = given.model_dump()
-    tree["time_stepping"]["ageing_time"] = plan.ageing if ageing is None else ageing
+    tree["time_stepping"]["ageing_time"] = design.ageing if ageing is None else ageing
     timed = Parameters.from_mapping(tree)
     return hydrodynamics.age(expand(pack(timed), timed), timed)
 
@@ -119,15 +119,17 @@ def on_member(scene: xr.Dataset, parameters: Parameters, displacement: float = 0
     return scenes.scene_of(membranes, parameters, scene["wall_displacement"].values)
 
 
-def _flowing(aged: xr.Dataset, plan: Plan, stress: float, roughness: float) -> xr.Dataset:
+def _flowing(
+    aged: xr.Dataset, design: TradeoffDesign, stress: float, roughness: float
+) -> xr.Dataset:
     """Return a packing after its time under stress, on the closest nodes."""
     membranes, walls = aged, aged["wall_displacement"].values
     steps = (
-        (Member("start", "level", LEVEL), plan.shearing),
-        (finest_member(plan, None), plan.settling),
+        (Member("start", "level", LEVEL), design.shearing),
+        (finest_member(design, None), design.settling),
     )
     for member, duration in steps:
-        parameters = parameters_of(member, plan, stress, roughness)
+        parameters = parameters_of(member, design, stress, roughness)
         scene = scenes.scene_of(scenes.renoded(membranes, parameters), parameters, walls)
         scene = replace(scene, state=scenes.advance(scene, duration).state)
         membranes, walls = scenes.membranes_of(scene), scene.state.wall_displacement

@@ -14,8 +14,8 @@ from softslip.solver.geometry import BoolArray, FloatArray
 from softslip.solver.mobility.grid import regularisation_length
 from softslip.studies.tradeoff.averages import gather_steady
 from softslip.studies.tradeoff.comparison import SCENE, Comparison, root_mean_square
-from softslip.studies.tradeoff.measure import DONE
-from softslip.studies.tradeoff.steady import RATES
+from softslip.studies.tradeoff.long_runs import RATES
+from softslip.studies.tradeoff.member_dataset import DONE
 
 JUDGED = ("factorial", "finest", "level")
 """Kinds of members among which no other may be better in both error and cost."""
@@ -58,7 +58,7 @@ VARIABLES: dict[str, tuple[str, str]] = {
 
 
 def gather(members: Sequence[xr.Dataset], steady: Sequence[xr.Dataset]) -> xr.Dataset:
-    """Return the trade-off dataset of one plan.
+    """Return the trade-off dataset of one design.
 
     Errors are differences of records, squared and averaged over records and scenes, relative to
     the rms value at the same stress of the roughness where it is largest: of γ̇_wall for both
@@ -76,9 +76,9 @@ def gather(members: Sequence[xr.Dataset], steady: Sequence[xr.Dataset]) -> xr.Da
     Parameters
     ----------
     members
-        Of `studies.tradeoff.measure.measure_member`.
+        Of `studies.tradeoff.member_dataset.measure_member`.
     steady
-        Of `studies.tradeoff.steady.measure_steady`; may be empty.
+        Of `studies.tradeoff.long_runs.measure_steady`; may be empty.
 
     Raises
     ------

@@ -9,7 +9,7 @@ from softslip.studies.validation.film import Film
 from softslip.studies.validation.friction import Friction
 from softslip.studies.validation.manufactured import Manufactured
 from softslip.studies.validation.order import Order
-from softslip.studies.validation.quadrature import Quadrature
+from softslip.studies.validation.quadrature_case import Quadrature
 from softslip.studies.validation.sweeps import sweep
 
 CASES: dict[str, type[Case]] = {

@@ -228,7 +228,7 @@ def resampled(points: Array, nodes: int) -> Array:
 
 
 @dataclass(frozen=True)
-class Steady:
+class SteadyCapsule:
     """A steady capsule in shear.
 
     Attributes
@@ -251,7 +251,7 @@ class Steady:
 
 
 @functools.cache
-def steady_capsule(capillary: float, nodes: int = NODES) -> Steady:
+def steady_capsule(capillary: float, nodes: int = NODES) -> SteadyCapsule:
     """Return the steady state of a capsule in unbounded shear; kept within the process.
 
     Parameters
@@ -272,7 +272,7 @@ def steady_capsule(capillary: float, nodes: int = NODES) -> Steady:
     fine = BoundaryIntegral(capillary, nodes)
     points, frequency, residual = _newton(fine, resampled(start, nodes))
     taylor, inclination = deformation(moments(points)[2])
-    return Steady(taylor, inclination, frequency, points, residual)
+    return SteadyCapsule(taylor, inclination, frequency, points, residual)
 
 
 def _newton(capsule: BoundaryIntegral, points: Array) -> tuple[Array, float, float]:

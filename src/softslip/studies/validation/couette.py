@@ -14,8 +14,13 @@ from softslip.solver.geometry import LOWER, UPPER, FloatArray
 from softslip.solver.state import State
 from softslip.solver.suspension import Evaluation, Suspension
 from softslip.studies.validation.case import Case, Outcome
-from softslip.studies.validation.channel import LENGTH, empty_channel, empty_layout, exact_sheets
-from softslip.studies.validation.solutions import Couette as Exact
+from softslip.studies.validation.solutions import CouetteFlow as Exact
+from softslip.studies.validation.solvent_channel import (
+    LENGTH,
+    empty_channel,
+    empty_layout,
+    exact_sheets,
+)
 
 STEPS = 5
 """First steps' lengths that the flow is followed for."""

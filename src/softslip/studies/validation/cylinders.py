@@ -20,9 +20,9 @@ from softslip.solver.mobility.grid import GridMobility, regularisation_length
 from softslip.solver.mobility.quadrature import CorrectedQuadrature
 from softslip.solver.splitting import EWALD_REACH, best_split
 from softslip.studies.validation.case import Case, Outcome
-from softslip.studies.validation.channel import empty_channel
 from softslip.studies.validation.lattice import array_drag
 from softslip.studies.validation.rings import hydrodynamic_radius, mesh_lag
+from softslip.studies.validation.solvent_channel import empty_channel
 
 RESIDUAL = 1e-6
 """Relative residual of the velocities at which the forces count as found: as small as the errors

@@ -19,7 +19,7 @@ from softslip.solver.mobility.outside import StillOutside
 from softslip.solver.rheometer import relative_speed
 from softslip.solver.splitting import EWALD_REACH
 from softslip.studies.validation.case import Case, Outcome
-from softslip.studies.validation.channel import empty_channel, empty_layout, exact_sheets
+from softslip.studies.validation.solvent_channel import empty_channel, empty_layout, exact_sheets
 
 GAP = 1 / 64
 """Solvent outside the sheets, which is still [length unit]."""

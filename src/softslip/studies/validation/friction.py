@@ -13,7 +13,7 @@ from softslip.solver.geometry import FloatArray, Layout
 from softslip.solver.neighbours import find_pairs
 from softslip.solver.steric import add_contacts
 from softslip.studies.validation.case import Case, Outcome
-from softslip.studies.validation.channel import level_of
+from softslip.studies.validation.solvent_channel import level_of
 
 LENGTH, RADIUS = 0.125, 0.00846
 """Period of the sheets, and radius of the circles, that of the paper's particles [length unit]."""

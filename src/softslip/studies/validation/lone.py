@@ -12,7 +12,7 @@ from softslip.solver.geometry import FloatArray, Layout
 from softslip.solver.state import State
 from softslip.studies.scenes import CELL, Scene, outer_gap
 from softslip.studies.validation.case import Fidelity
-from softslip.studies.validation.channel import level_of
+from softslip.studies.validation.solvent_channel import level_of
 
 RADIUS = 0.00846
 """Mean radius of the paper's particles [length unit]."""

@@ -14,8 +14,8 @@ from softslip.solver.mobility.ewald import EwaldMobility
 from softslip.solver.mobility.grid import GridMobility, regularisation_length
 from softslip.solver.splitting import best_split
 from softslip.studies.validation.case import Case, Outcome
-from softslip.studies.validation.channel import empty_channel
 from softslip.studies.validation.solutions import EnclosedVortices
+from softslip.studies.validation.solvent_channel import empty_channel
 
 BOX = Box(length=0.75, height=0.5, outer_gap=0.25)
 """Box that every even number of mesh points per unit length divides, with room for near sums."""

@@ -21,8 +21,8 @@ from softslip.solver.state import State
 from softslip.solver.suspension import Evaluation, Suspension
 from softslip.studies.scenes import CELL, interpolation, outer_gap
 from softslip.studies.validation.case import Case, Outcome
-from softslip.studies.validation.channel import level_of
 from softslip.studies.validation.lone import RADIUS
+from softslip.studies.validation.solvent_channel import level_of
 
 LENGTH, HEIGHT = 5 * CELL, 4 * CELL
 """L_x and H [length unit], nine and seven radii."""

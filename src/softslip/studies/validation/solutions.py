@@ -11,7 +11,7 @@ from softslip.solver.kernels import SUPPORT, kernel_weights
 
 
 @dataclass(frozen=True)
-class Couette:
+class CouetteFlow:
     """Pure solvent between flat walls under an imposed shear stress.
 
     In the periodic box the solvent outside is sheared backwards over L_y - H at the same wall

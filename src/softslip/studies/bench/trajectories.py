@@ -10,18 +10,13 @@ import numpy as np
 import xarray as xr
 
 from softslip.config.parameters import Parameters
-from softslip.simulation import assembly, hydrodynamics, trajectory
+from softslip.simulation import hydrodynamics, trajectory
 from softslip.simulation.expansion import expand
 from softslip.simulation.packing import pack
-from softslip.simulation.record import Observer
-from softslip.solver.geometry import FloatArray, Layout
-from softslip.solver.state import State
-from softslip.solver.suspension import Evaluation
+from softslip.solver.geometry import FloatArray
 from softslip.studies import scenes
+from softslip.studies.interval_means import QUANTITIES, IntervalMeans
 from softslip.studies.timing import Tell, silent
-
-QUANTITIES = ("shear_rate_wall", "shear_rate_bulk", "slip_velocity", "film_thickness")
-"""Observables whose series are compared."""
 
 RUNS = ("fidelity", "grid", "second_seed")
 """The level, the mesh from the same aged state, and the level from another packing."""
@@ -175,50 +170,6 @@ def _scene(aged: xr.Dataset, parameters: Parameters) -> scenes.Scene:
     return scenes.scene_of(membranes, parameters, aged["wall_displacement"].values)
 
 
-class Series:
-    """The observables of `QUANTITIES` along a run, of every few steps.
-
-    Parameters
-    ----------
-    parameters, layout
-        Of the run; its ``recording.stride`` says how many steps apart samples are.
-    """
-
-    def __init__(self, parameters: Parameters, layout: Layout) -> None:
-        self._observer = Observer(parameters, layout, assembly.mean_flow(parameters))
-        self._stride = parameters.recording.stride
-        self._times: list[float] = []
-        self._samples: list[list[float]] = []
-
-    @property
-    def samples(self) -> int:
-        """How many samples were taken."""
-        return len(self._times)
-
-    def visit(self, state: State, evaluation: Evaluation) -> None:
-        """Take note of a state; call with every state of the run in order."""
-        if state.step % self._stride == 0:
-            self.sample(state, evaluation)
-
-    def sample(self, state: State, evaluation: Evaluation) -> None:
-        """Take note of a state unless it is the last that was noted."""
-        if self._times[-1:] == [state.time]:
-            return
-        measured = self._observer.measure(state, evaluation)
-        self._times.append(state.time)
-        self._samples.append([float(measured[key]) for key in QUANTITIES])
-
-    def means(self, edges: FloatArray) -> dict[str, FloatArray]:
-        """Return the means over the intervals between times of the run, by the trapezoidal rule."""
-        times, values = np.array(self._times), np.array(self._samples).T
-        areas = 0.5 * np.diff(times) * (values[:, 1:] + values[:, :-1])
-        integral = np.pad(np.cumsum(areas, axis=1), ((0, 0), (1, 0)))
-        return {
-            key: np.diff(np.interp(edges, times, row)) / np.diff(edges)
-            for key, row in zip(QUANTITIES, integral, strict=True)
-        }
-
-
 def recorded(
     scene: scenes.Scene, edges: FloatArray, report: trajectory.Progress
 ) -> tuple[dict[str, FloatArray], float]:
@@ -233,7 +184,7 @@ def recorded(
     report
         Shown the progress.
     """
-    series = Series(scene.parameters, scene.layout)
+    series = IntervalMeans(scene.parameters, scene.layout)
     core = time.process_time()
     done = trajectory.advance(
         scene.suspension, scene.state, edges[1:], scene.parameters, series.visit, report

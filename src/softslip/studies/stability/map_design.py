@@ -15,7 +15,7 @@ def _axis(*values: float, symbol: str, unit: str, description: str, **bounds: An
     return quantity(values, symbol=symbol, unit=unit, description=description, **bounds)
 
 
-class Plan(Standalone):
+class MapDesign(Standalone):
     """Values along the axes of the map, and the size of its scenes.
 
     The defaults are the map at its full size; `small` is one that continuous integration affords.
@@ -136,7 +136,7 @@ class Plan(Standalone):
 
     @classmethod
     def small(cls) -> Self:
-        """Return a plan of the ends and the middle of each axis, on a coarse mesh."""
+        """Return a design of the ends and the middle of each axis, on a coarse mesh."""
         return cls(
             particles=12,
             resolution=2048,

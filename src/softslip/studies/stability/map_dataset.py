@@ -9,7 +9,7 @@ import xarray as xr
 
 from softslip.errors import ConfigError
 from softslip.studies.stability.cells import GROUPS, Cell
-from softslip.studies.stability.plan import Plan
+from softslip.studies.stability.map_design import MapDesign
 from softslip.studies.stability.verdict import Judgement, judge
 from softslip.studies.timing import Tell, silent
 
@@ -39,14 +39,14 @@ WORDS = {
 """Meaning of what has no unit."""
 
 
-def measure_group(name: str, plan: Plan, tell: Tell = silent) -> xr.Dataset:
+def measure_group(name: str, design: MapDesign, tell: Tell = silent) -> xr.Dataset:
     """Run the cells of one group of the map.
 
     Parameters
     ----------
     name
         One of `studies.stability.cells.GROUPS`.
-    plan
+    design
         Values along the axes.
     tell
         Shown each cell and what became of it.
@@ -69,7 +69,7 @@ def measure_group(name: str, plan: Plan, tell: Tell = silent) -> xr.Dataset:
             "group", name, "is no group of the map", f"use one of {', '.join(GROUPS)}"
         )
     rows = []
-    for cell in GROUPS[name](plan):
+    for cell in GROUPS[name](design):
         judgement = judge(cell)
         tell(f"{cell.group} {cell.label} ({cell.scheme}): {judgement.verdict} {judgement.message}")
         rows.append((cell, judgement))

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from softslip.errors import ConfigError
-from softslip.studies.validation.quadrature import Quadrature
+from softslip.studies.validation.quadrature_case import Quadrature
 from softslip.studies.validation.unbounded import Unbounded
 
 

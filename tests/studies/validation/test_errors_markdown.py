@@ -1,6 +1,6 @@
 from softslip.studies.validation import sweep
+from softslip.studies.validation.errors_markdown import errors_table
 from softslip.studies.validation.friction import Friction
-from softslip.studies.validation.markdown import errors_table
 
 
 def test_each_level_has_its_largest_error():

@@ -12,10 +12,10 @@ from softslip.config.parameters import Parameters
 from softslip.errors import SoftslipError
 from softslip.simulation import hydrodynamics
 from softslip.studies.timing import Tell, silent
-from softslip.studies.tradeoff.measure import DONE
+from softslip.studies.tradeoff.member_dataset import DONE
 from softslip.studies.tradeoff.members import LEVEL, Member, parameters_of
-from softslip.studies.tradeoff.plan import Plan
 from softslip.studies.tradeoff.scene import aged_packing
+from softslip.studies.tradeoff.tradeoff_design import TradeoffDesign
 
 RATES = {
     "slip_velocity": ("length unit / time unit", "slip velocity, mean of both walls"),
@@ -26,7 +26,7 @@ RATES = {
 
 
 @dataclass(frozen=True)
-class Case:
+class ShearedPacking:
     """One packing that is sheared for long.
 
     Attributes
@@ -36,7 +36,7 @@ class Case:
     roughness, seed
         Of its walls and of its packing.
     periods
-        Its length along the flow over that of the plan's scenes.
+        Its length along the flow over that of the design's scenes.
     """
 
     name: str
@@ -45,29 +45,31 @@ class Case:
     periods: int = 1
 
 
-def cases_of(plan: Plan) -> dict[str, Case]:
-    """Return the packings of a plan's long runs by name."""
-    steady = plan.steady
+def sheared_packings(design: TradeoffDesign) -> dict[str, ShearedPacking]:
+    """Return the packings of a design's long runs by name."""
+    steady = design.steady
     found = [
-        Case(f"beta{roughness:g}-seed{seed}", roughness, seed)
+        ShearedPacking(f"beta{roughness:g}-seed{seed}", roughness, seed)
         for roughness in steady.roughnesses
         for seed in steady.seeds
     ]
     if steady.wide_regularisations:
-        found += [Case(f"beta0-seed{seed}-wide", 0.0, seed, 2) for seed in steady.seeds]
-    return {case.name: case for case in found}
+        found += [ShearedPacking(f"beta0-seed{seed}-wide", 0.0, seed, 2) for seed in steady.seeds]
+    return {packing.name: packing for packing in found}
 
 
-def measure_steady(case: Case, plan: Plan, tell: Tell = silent) -> xr.Dataset:
+def measure_steady(
+    packing: ShearedPacking, design: TradeoffDesign, tell: Tell = silent
+) -> xr.Dataset:
     """Age one packing and shear it for long at every stress and regularisation length.
 
     The other settings are those of `LEVEL`.
 
     Parameters
     ----------
-    case
-        Of `cases_of`.
-    plan
+    packing
+        Of `sheared_packings`.
+    design
         Its times, stresses and regularisation lengths.
     tell
         Shown each run.
@@ -84,47 +86,55 @@ def measure_steady(case: Case, plan: Plan, tell: Tell = silent) -> xr.Dataset:
     SoftslipError
         When there is no such packing.
     """
-    steady = plan.steady
-    spreads = steady.regularisations if case.periods == 1 else steady.wide_regularisations
-    tell(f"{case.name}: ageing")
-    given = _wide(Member("start", "level", LEVEL), plan, case)
+    steady = design.steady
+    spreads = steady.regularisations if packing.periods == 1 else steady.wide_regularisations
+    tell(f"{packing.name}: ageing")
+    given = _wide(Member("start", "level", LEVEL), design, packing)
     aged = aged_packing(
-        given, _plan_of(plan, case), case.roughness, seed=case.seed, ageing=steady.ageing
+        given,
+        _design_of(design, packing),
+        packing.roughness,
+        seed=packing.seed,
+        ageing=steady.ageing,
     )
     rows = []
     for spread in spreads:
         row = []
         for stress in steady.stresses:
-            tell(f"{case.name}: stress {stress:g}, regularisation {spread}")
+            tell(f"{packing.name}: stress {stress:g}, regularisation {spread}")
             settings = {**given.settings, "hydrodynamics": {"regularisation": spread}}
             member = Member("steady", "level", LEVEL, settings)
-            row.append(_run(aged, member, plan, case, stress))
+            row.append(_run(aged, member, design, packing, stress))
         rows.append(xr.concat(row, "stress", join="outer"))
-    return _labelled(xr.concat(rows, "regularisation", join="outer"), plan, case, spreads)
+    return _labelled(xr.concat(rows, "regularisation", join="outer"), design, packing, spreads)
 
 
-def _plan_of(plan: Plan, case: Case) -> Plan:
-    return plan.model_copy(update={"particles": plan.particles * case.periods})
+def _design_of(design: TradeoffDesign, packing: ShearedPacking) -> TradeoffDesign:
+    return design.model_copy(update={"particles": design.particles * packing.periods})
 
 
-def _wide(member: Member, plan: Plan, case: Case) -> Member:
+def _wide(member: Member, design: TradeoffDesign, packing: ShearedPacking) -> Member:
     """Return a member whose channel is several times as long, and as high."""
-    if case.periods == 1:
+    if packing.periods == 1:
         return member
-    narrow = parameters_of(member, plan, plan.stresses[0], case.roughness).channel
+    narrow = parameters_of(member, design, design.stresses[0], packing.roughness).channel
     channel = {
-        "length": narrow.length * case.periods,
+        "length": narrow.length * packing.periods,
         "height": narrow.height,
         "outer_gap": narrow.outer_gap,
     }
     return Member(member.name, member.kind, member.level, {**member.settings, "channel": channel})
 
 
-def _run(aged: xr.Dataset, member: Member, plan: Plan, case: Case, stress: float) -> xr.Dataset:
+def _run(
+    aged: xr.Dataset, member: Member, design: TradeoffDesign, packing: ShearedPacking, stress: float
+) -> xr.Dataset:
     """Return records, averages and cost of one long run."""
-    given = parameters_of(member, _plan_of(plan, case), stress, case.roughness, seed=case.seed)
+    given = parameters_of(
+        member, _design_of(design, packing), stress, packing.roughness, seed=packing.seed
+    )
     tree = given.model_dump()
-    tree["time_stepping"]["shear_time"] = plan.steady.duration
+    tree["time_stepping"]["shear_time"] = design.steady.duration
     timed = Parameters.from_mapping(tree)
     core = time.process_time()
     try:
@@ -144,7 +154,7 @@ def _run(aged: xr.Dataset, member: Member, plan: Plan, case: Case, stress: float
     found["steady_from"] = averages["steady_from"]
     found["cost"] = (
         (),
-        core / plan.steady.duration,
+        core / design.steady.duration,
         {"units": "s / time unit", "long_name": "processor time per simulated time"},
     )
     found["status"] = (), DONE, {"units": "1", "long_name": "done, or why not"}
@@ -152,16 +162,19 @@ def _run(aged: xr.Dataset, member: Member, plan: Plan, case: Case, stress: float
 
 
 def _labelled(
-    dataset: xr.Dataset, plan: Plan, case: Case, spreads: tuple[float | None, ...]
+    dataset: xr.Dataset,
+    design: TradeoffDesign,
+    packing: ShearedPacking,
+    spreads: tuple[float | None, ...],
 ) -> xr.Dataset:
     values = [np.nan if spread is None else spread for spread in spreads]
     named = dataset.assign_coords(
-        stress=("stress", list(plan.steady.stresses)), regularisation=("regularisation", values)
+        stress=("stress", list(design.steady.stresses)), regularisation=("regularisation", values)
     )
     named["stress"].attrs.update(units="stress unit", long_name="imposed stress")
     named["regularisation"].attrs.update(
         units="1", long_name="regularisation length over the paper's mesh size, NaN its mesh's own"
     )
     return named.assign_attrs(
-        case=case.name, roughness=case.roughness, seed=case.seed, periods=case.periods
+        case=packing.name, roughness=packing.roughness, seed=packing.seed, periods=packing.periods
     )

@@ -14,7 +14,7 @@ from softslip.solver.integrators import Vector
 from softslip.solver.integrators.chebyshev import DAMPING, fixed_step, reach
 from softslip.solver.integrators.explicit import REACH
 from softslip.studies.scenes import Scene
-from softslip.studies.stability.plan import Plan
+from softslip.studies.stability.map_design import MapDesign
 from softslip.studies.stability.scenery import Tree, in_scheme, merged, scene_of, start_tree
 from softslip.studies.timing import Tell, silent
 
@@ -182,21 +182,21 @@ class Setting:
     stiffness: float
 
 
-def _settings(plan: Plan) -> list[tuple[Setting, Tree, Tree]]:
+def _settings(design: MapDesign) -> list[tuple[Setting, Tree, Tree]]:
     """Return each setting with the parameters of its start and its run."""
     found: list[tuple[Setting, Tree, Tree]] = []
     usual = 20000.0
     stiff = 20.0 * usual
     for roughness, stiffness in ((0.0, usual), (0.0, stiff), (ROUGH, usual), (ROUGH, stiff)):
-        start = start_tree(plan, PARTICLES, PERIOD, roughness=roughness)
-        mesh = in_scheme(plan, start, "literal")
-        spacing = GRID_SPACING / plan.resolution / REFERENCE_MESH_SIZE
-        epsilon = GRID_REGULARISATION / plan.resolution / REFERENCE_MESH_SIZE
+        start = start_tree(design, PARTICLES, PERIOD, roughness=roughness)
+        mesh = in_scheme(design, start, "literal")
+        spacing = GRID_SPACING / design.resolution / REFERENCE_MESH_SIZE
+        epsilon = GRID_REGULARISATION / design.resolution / REFERENCE_MESH_SIZE
         wall = {"wall": {"stiffness": stiffness}}
         setting = Setting("grid", epsilon, spacing, roughness, stiffness)
         found.append((setting, start, merged(mesh, wall)))
-        for epsilon in plan.regularisations:
-            for spacing in plan.node_spacings:
+        for epsilon in design.regularisations:
+            for spacing in design.node_spacings:
                 hydrodynamics = {"regularisation": epsilon, "node_spacing": spacing}
                 setting = Setting("ewald", epsilon, spacing, roughness, stiffness)
                 tree = merged(start, {**wall, "hydrodynamics": hydrodynamics})
@@ -226,12 +226,12 @@ UNITS: Mapping[str, tuple[str, str]] = {
 """Unit and meaning of each variable."""
 
 
-def measure_limits(plan: Plan, tell: Tell = silent) -> xr.Dataset:
+def measure_limits(design: MapDesign, tell: Tell = silent) -> xr.Dataset:
     """Measure the longest stable steps of both steppers on relaxing packings.
 
     Parameters
     ----------
-    plan
+    design
         Regularisation lengths, node spacings and numbers of stages.
     tell
         Shown the settings.
@@ -250,21 +250,21 @@ def measure_limits(plan: Plan, tell: Tell = silent) -> xr.Dataset:
     """
     rows: list[tuple[Setting, float, float]] = []
     staged: dict[str, list[float]] | None = None
-    for setting, start, tree in _settings(plan):
+    for setting, start, tree in _settings(design):
         tell(f"stability limit: {setting}")
         scene = scene_of(start, tree)
         radius, stiff = stiffest(scene)
         rows.append((setting, radius, euler_limit(scene, radius, stiff)))
         if staged is None and setting.mobility == "ewald":
-            staged = _staged(plan, scene, (radius, stiff), tell)
-    return _dataset(plan, rows, staged or {})
+            staged = _staged(design, scene, (radius, stiff), tell)
+    return _dataset(design, rows, staged or {})
 
 
 def _staged(
-    plan: Plan, scene: Scene, mode: tuple[float, Vector], tell: Tell
+    design: MapDesign, scene: Scene, mode: tuple[float, Vector], tell: Tell
 ) -> dict[str, list[float]]:
     result: dict[str, list[float]] = {"rkc2_limit": [], "rkc2_theory": []}
-    for stages in plan.stages:
+    for stages in design.stages:
         tell(f"stability limit of {stages} stages")
         result["rkc2_limit"].append(rkc2_limit(scene, *mode, stages))
         result["rkc2_theory"].append(reach(stages) / mode[0])
@@ -272,7 +272,7 @@ def _staged(
 
 
 def _dataset(
-    plan: Plan, rows: list[tuple[Setting, float, float]], staged: Mapping[str, list[float]]
+    design: MapDesign, rows: list[tuple[Setting, float, float]], staged: Mapping[str, list[float]]
 ) -> xr.Dataset:
     radii = np.array([radius for _, radius, _ in rows])
     variables: dict[str, Any] = {
@@ -285,7 +285,7 @@ def _dataset(
     coordinates: dict[str, Any] = {
         name: ("setting", [getattr(setting, name) for setting, *_ in rows]) for name in names
     }
-    dataset = xr.Dataset(variables, {**coordinates, "stages": list(plan.stages)})
+    dataset = xr.Dataset(variables, {**coordinates, "stages": list(design.stages)})
     for name in dataset.variables:
         units, meaning = UNITS[str(name)]
         dataset[name].attrs = {"units": units, "long_name": meaning}

@@ -10,13 +10,13 @@ import xarray as xr
 from softslip.errors import SoftslipError
 from softslip.simulation.record import ATTRIBUTES
 from softslip.solver.geometry import FloatArray
-from softslip.studies.bench.trajectory import QUANTITIES
+from softslip.studies.interval_means import QUANTITIES
 from softslip.studies.timing import Tell, silent
+from softslip.studies.tradeoff.member_run import COUNTS, MARKERS, PLACES, MemberRun, run_of
 from softslip.studies.tradeoff.members import Member, parameters_of, reference_of
-from softslip.studies.tradeoff.plan import Plan
 from softslip.studies.tradeoff.precision import in_single_precision
 from softslip.studies.tradeoff.scene import on_member, scene_of
-from softslip.studies.tradeoff.stretch import COUNTS, MARKERS, PLACES, Stretch, run_of
+from softslip.studies.tradeoff.tradeoff_design import TradeoffDesign
 
 DONE = "done"
 """Status of a scene that ran to its end; any other says why it did not."""
@@ -36,7 +36,7 @@ FEWEST_ROUNDS = 5
 
 
 def measure_member(
-    dataset: xr.Dataset, member: Member, plan: Plan, tell: Tell = silent
+    dataset: xr.Dataset, member: Member, design: TradeoffDesign, tell: Tell = silent
 ) -> xr.Dataset:
     """Run a member over every scene, each followed by the reference, and return what came out.
 
@@ -45,8 +45,8 @@ def measure_member(
     dataset
         Of `studies.tradeoff.scene.prepare`.
     member
-        Of the plan.
-    plan
+        Of the design.
+    design
         Its scenes and windows.
     tell
         Shown each scene.
@@ -58,26 +58,26 @@ def measure_member(
         beyond the window of a short member), `COUNTS`, ``status``, and `PLACES` at the markers of
         all scenes (``marker_node``, ``axis``). A scene that stops has NaN and says why.
     """
-    results: dict[tuple[float, float], Stretch | str] = {}
+    results: dict[tuple[float, float], MemberRun | str] = {}
     references: dict[tuple[float, float], dict[str, float]] = {}
     # The first run in a process compiles, which is no part of the cost of either.
-    _warm(dataset, member, plan)
-    for roughness in plan.roughnesses:
-        for stress in plan.stresses:
+    _warm(dataset, member, design)
+    for roughness in design.roughnesses:
+        for stress in design.stresses:
             tell(f"{member.name}: stress {stress:g}, roughness {roughness:g}")
             scene = scene_of(dataset, stress, roughness)
-            results[stress, roughness] = _attempt(scene, member, plan, stress, roughness)
-            beside = _attempt(scene, reference_of(plan), plan, stress, roughness, short=True)
+            results[stress, roughness] = _attempt(scene, member, design, stress, roughness)
+            beside = _attempt(scene, reference_of(design), design, stress, roughness, short=True)
             if isinstance(beside, str):
                 raise SoftslipError(f"the reference stopped: {beside}")
             _time_in_turn(results[stress, roughness], beside)
             references[stress, roughness] = beside.counts
-    return _assembled(dataset, member, plan, results, references)
+    return _assembled(dataset, member, design, results, references)
 
 
-def _time_in_turn(result: Stretch | str, beside: Stretch) -> None:
+def _time_in_turn(result: MemberRun | str, beside: MemberRun) -> None:
     """Add the times of an evaluation to the counts of a member and of the reference."""
-    timed = [beside, *([result] if isinstance(result, Stretch) else [])]
+    timed = [beside, *([result] if isinstance(result, MemberRun) else [])]
     least, spent, rounds = np.full(len(timed), np.inf), 0.0, 0
     while spent < ROUNDS_FOR or rounds < FEWEST_ROUNDS:
         rounds += 1
@@ -92,12 +92,12 @@ def _time_in_turn(result: Stretch | str, beside: Stretch) -> None:
         each.counts["evaluation_time"] = float(value)
 
 
-def _warm(dataset: xr.Dataset, member: Member, plan: Plan) -> None:
+def _warm(dataset: xr.Dataset, member: Member, design: TradeoffDesign) -> None:
     """Evaluate both members once."""
-    stress, roughness = plan.stresses[0], plan.roughnesses[0]
-    for each in (member, reference_of(plan)):
+    stress, roughness = design.stresses[0], design.roughnesses[0]
+    for each in (member, reference_of(design)):
         try:
-            parameters = parameters_of(each, plan, stress, roughness)
+            parameters = parameters_of(each, design, stress, roughness)
             scene = on_member(scene_of(dataset, stress, roughness), parameters)
             scene.suspension.closing_rate(scene.suspension.evaluate(scene.state))
         except SoftslipError:
@@ -107,20 +107,20 @@ def _warm(dataset: xr.Dataset, member: Member, plan: Plan) -> None:
 def _attempt(
     scene: xr.Dataset,
     member: Member,
-    plan: Plan,
+    design: TradeoffDesign,
     stress: float,
     roughness: float,
     *,
     short: bool = False,
-) -> Stretch | str:
+) -> MemberRun | str:
     """Return what a member does on a scene, or why it cannot."""
     try:
-        parameters = parameters_of(member, plan, stress, roughness)
-        moved = plan.perturbation * parameters.steric.length if member.kind == "twin" else 0.0
+        parameters = parameters_of(member, design, stress, roughness)
+        moved = design.perturbation * parameters.steric.length if member.kind == "twin" else 0.0
         given = on_member(scene, parameters, moved)
         if member.precision == "single":
             given = in_single_precision(given)
-        return run_of(given, plan, short=short or member.short)
+        return run_of(given, design, short=short or member.short)
     except SoftslipError as error:
         return str(error)
 
@@ -128,13 +128,13 @@ def _attempt(
 def _assembled(
     dataset: xr.Dataset,
     member: Member,
-    plan: Plan,
-    results: dict[tuple[float, float], Stretch | str],
+    design: TradeoffDesign,
+    results: dict[tuple[float, float], MemberRun | str],
     references: dict[tuple[float, float], dict[str, float]],
 ) -> xr.Dataset:
     """Return the dataset of a member from what its runs gave."""
-    long_window, _ = plan.window
-    shape = (len(plan.stresses), len(plan.roughnesses))
+    long_window, _ = design.window
+    shape = (len(design.stresses), len(design.roughnesses))
     series = {name: np.full((*shape, long_window), np.nan) for name in QUANTITIES}
     counts = {name: np.full(shape, np.nan) for name in (*COUNTS, *REFERENCE.values())}
     status = np.full(shape, DONE, dtype=object)
@@ -147,7 +147,7 @@ def _assembled(
         )
     )
     for (stress, roughness), result in results.items():
-        here = plan.stresses.index(stress), plan.roughnesses.index(roughness)
+        here = design.stresses.index(stress), design.roughnesses.index(roughness)
         for name, own in REFERENCE.items():
             counts[own][here] = references[stress, roughness][name]
         if isinstance(result, str):
@@ -162,12 +162,12 @@ def _assembled(
             series[name][here][: len(means)] = means
         for name in PLACES:
             places[name].append(getattr(result, name).reshape(-1, 2))
-    return _described(member, plan, series, counts, status, places)
+    return _described(member, design, series, counts, status, places)
 
 
 def _described(
     member: Member,
-    plan: Plan,
+    design: TradeoffDesign,
     series: dict[str, FloatArray],
     counts: dict[str, FloatArray],
     status: np.ndarray[Any, Any],
@@ -179,8 +179,8 @@ def _described(
     def told(units: tuple[str, str]) -> dict[str, str]:
         return {"units": units[0], "long_name": units[1]}
 
-    long_window, short_window = plan.window
-    edges = plan.interval * np.arange(long_window + 1.0)
+    long_window, short_window = design.window
+    edges = design.interval * np.arange(long_window + 1.0)
     variables: dict[str, Any] = {
         **{name: ((*scene, "time"), series[name], told(ATTRIBUTES[name])) for name in QUANTITIES},
         **{name: (scene, counts[name], told(COUNTS[name])) for name in COUNTS},
@@ -199,8 +199,8 @@ def _described(
     return xr.Dataset(
         variables,
         coords={
-            "stress": ("stress", list(plan.stresses), told(("stress unit", "imposed stress"))),
-            "roughness": ("roughness", list(plan.roughnesses), told(("1", "wall roughness"))),
+            "stress": ("stress", list(design.stresses), told(("stress unit", "imposed stress"))),
+            "roughness": ("roughness", list(design.roughnesses), told(("1", "wall roughness"))),
             "time": ("time", edges[1:], told(("time unit", "end of a record"))),
         },
         attrs={
@@ -209,9 +209,9 @@ def _described(
             "effect": member.effect,
             "precision": member.precision,
             "level": member.level or "literal",
-            "parameters": _parameters(member, plan),
+            "parameters": _parameters(member, design),
             "settings": json.dumps(member.settings, sort_keys=True),
-            "skipped": plan.skipped,
+            "skipped": design.skipped,
             "short_window": short_window,
         },
     )
@@ -222,10 +222,10 @@ def _of_reference(name: str) -> dict[str, str]:
     return {"units": units, "long_name": f"{meaning}: of the reference in the same job"}
 
 
-def _parameters(member: Member, plan: Plan) -> str:
+def _parameters(member: Member, design: TradeoffDesign) -> str:
     """Return the settings as JSON, those of the level included; empty where they contradict."""
     try:
-        given = parameters_of(member, plan, plan.stresses[0], plan.roughnesses[0])
+        given = parameters_of(member, design, design.stresses[0], design.roughnesses[0])
     except SoftslipError:
         return "{}"
     return json.dumps(given.model_dump(mode="json"), sort_keys=True)

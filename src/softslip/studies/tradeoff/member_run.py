@@ -12,8 +12,8 @@ from softslip.solver.membrane import membrane_areas
 from softslip.solver.state import State
 from softslip.solver.suspension import Evaluation
 from softslip.studies import scenes
-from softslip.studies.bench.trajectory import Series
-from softslip.studies.tradeoff.plan import Plan
+from softslip.studies.interval_means import IntervalMeans
+from softslip.studies.tradeoff.tradeoff_design import TradeoffDesign
 
 MARKERS = 48
 """Points of each membrane at which members are compared, whatever their own nodes."""
@@ -36,7 +36,7 @@ PLACES = {
 
 
 @dataclass(frozen=True)
-class Stretch:
+class MemberRun:
     """A member's run over one scene.
 
     Attributes
@@ -62,7 +62,7 @@ class _Watch:
     """Takes note of the observables, and of the markers at one time, along a run."""
 
     def __init__(self, scene: scenes.Scene, marked_at: float) -> None:
-        self.series = Series(scene.parameters, scene.layout)
+        self.series = IntervalMeans(scene.parameters, scene.layout)
         self._layout, self._marked_at = scene.layout, marked_at
         self.marker: FloatArray | None = None
 
@@ -73,7 +73,7 @@ class _Watch:
         self.series.visit(state, evaluation)
 
 
-def run_of(scene: scenes.Scene, plan: Plan, *, short: bool) -> Stretch:
+def run_of(scene: scenes.Scene, design: TradeoffDesign, *, short: bool) -> MemberRun:
     """Advance a scene over its window and measure it.
 
     Raises
@@ -81,8 +81,8 @@ def run_of(scene: scenes.Scene, plan: Plan, *, short: bool) -> Stretch:
     NumericalError
         When the run leaves the range in which its numbers mean anything.
     """
-    long_window, short_window = plan.window
-    edges = plan.interval * np.arange((short_window if short else long_window) + 1.0)
+    long_window, short_window = design.window
+    edges = design.interval * np.arange((short_window if short else long_window) + 1.0)
     start = scene.suspension.evaluate(scene.state)
     velocity = on_markers(scene.state.like(start.rate).node_position, scene.layout)
     watch = _Watch(scene, edges[short_window])
@@ -92,16 +92,16 @@ def run_of(scene: scenes.Scene, plan: Plan, *, short: bool) -> Stretch:
             scene.suspension, state, stops, scene.parameters, watch.visit, lambda *_: None
         )
 
-    begin = (
-        advanced(scene.state, edges[1 : plan.skipped + 1]).state if plan.skipped else scene.state
-    )
+    begin = scene.state
+    if design.skipped:
+        begin = advanced(begin, edges[1 : design.skipped + 1]).state
     core = time.process_time()
-    done = advanced(begin, edges[plan.skipped + 1 :])
+    done = advanced(begin, edges[design.skipped + 1 :])
     core = time.process_time() - core
     watch.series.sample(done.state, done.evaluation)
     assert watch.marker is not None, "every run reaches the end of the short window"
     duration = done.state.time - begin.time
-    return Stretch(
+    return MemberRun(
         series=watch.series.means(edges),
         counts={
             "cost": core / duration,

@@ -7,13 +7,13 @@ import pytest
 import scenes
 
 from softslip.errors import ConfigError
-from softslip.studies.bench.trajectory import QUANTITIES
-from softslip.studies.tradeoff import measure, scene, steady, stretch
+from softslip.studies.interval_means import QUANTITIES
+from softslip.studies.tradeoff import long_runs, member_dataset, member_run, scene
 from softslip.studies.tradeoff.members import Member, members_of, parameters_of, reference_of
-from softslip.studies.tradeoff.plan import Plan
 from softslip.studies.tradeoff.precision import in_single_precision, single_solver
+from softslip.studies.tradeoff.tradeoff_design import TradeoffDesign
 
-PLAN = Plan.of(
+DESIGN = TradeoffDesign.of(
     {
         "particles": 24,
         "stresses": [0.5],
@@ -52,26 +52,26 @@ PLAN = Plan.of(
 @pytest.fixture(scope="module", autouse=True)
 def _untimed():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(measure, "ROUNDS_FOR", 0.0)
-        patch.setattr(measure, "FEWEST_ROUNDS", 1)
+        patch.setattr(member_dataset, "ROUNDS_FOR", 0.0)
+        patch.setattr(member_dataset, "FEWEST_ROUNDS", 1)
         yield
 
 
 @pytest.fixture(scope="module")
 def prepared():
-    return scene.prepare(PLAN)
+    return scene.prepare(DESIGN)
 
 
 @pytest.fixture(scope="module")
 def measured(prepared):
     wanted = ("finest-e0.2", "twin", "short", "single", "too-wide")
-    members = members_of(PLAN)
-    return {name: measure.measure_member(prepared, members[name], PLAN) for name in wanted}
+    members = members_of(DESIGN)
+    return {name: member_dataset.measure_member(prepared, members[name], DESIGN) for name in wanted}
 
 
 def test_a_scene_has_the_particles_of_the_plan_on_the_closest_nodes(prepared):
     only = scene.scene_of(prepared, 0.5, 0.0)
-    given = parameters_of(members_of(PLAN)["finest-emesh"], PLAN, 0.5, 0.0)
+    given = parameters_of(members_of(DESIGN)["finest-emesh"], DESIGN, 0.5, 0.0)
     assert only.sizes["particle"] == 24
     assert only.sizes["node"] == int(only["nodes_per_particle"].sum())
     assert scene.on_member(only, given).layout.particle_nodes == only.sizes["node"]
@@ -81,21 +81,21 @@ def test_a_scene_has_the_particles_of_the_plan_on_the_closest_nodes(prepared):
 
 
 def test_the_same_scene_and_member_give_the_same_records(prepared, measured):
-    again = measure.measure_member(prepared, members_of(PLAN)["short"], PLAN)
+    again = member_dataset.measure_member(prepared, members_of(DESIGN)["short"], DESIGN)
     for name in QUANTITIES:
         assert again[name].values.tobytes() == measured["short"][name].values.tobytes()
 
 
 def test_a_member_has_every_record_and_what_it_took(measured):
     found = measured["finest-e0.2"]
-    assert (found["status"] == measure.DONE).all()
+    assert (found["status"] == member_dataset.DONE).all()
     for name in QUANTITIES:
         assert found[name].shape == (1, 1, 3)
         assert np.isfinite(found[name]).all()
-    for name in (*stretch.COUNTS, *measure.REFERENCE.values()):
+    for name in (*member_run.COUNTS, *member_dataset.REFERENCE.values()):
         assert np.isfinite(found[name]).all(), name
     assert float(found["evaluations"].min()) > 2 * float(found["steps"].min())
-    assert found["velocity"].shape == (24 * stretch.MARKERS, 2)
+    assert found["velocity"].shape == (24 * member_run.MARKERS, 2)
     given = json.loads(found.attrs["parameters"])
     assert given["hydrodynamics"]["regularisation"] == 0.2
 
@@ -132,22 +132,22 @@ def test_a_twin_starts_displaced_and_stays_close(measured):
 
 def test_a_stopped_run_does_not_stop_the_member(prepared, monkeypatch):
     def stop(*args, **kwargs):
-        raise measure.SoftslipError("stopped on purpose")
+        raise member_dataset.SoftslipError("stopped on purpose")
 
-    kept = measure.run_of
+    kept = member_dataset.run_of
 
-    def stop_first(given, plan, *, short):
-        return kept(given, plan, short=short) if short else stop()
+    def stop_first(given, design, *, short):
+        return kept(given, design, short=short) if short else stop()
 
-    monkeypatch.setattr(measure, "run_of", stop_first)
-    found = measure.measure_member(prepared, members_of(PLAN)["finest-emesh"], PLAN)
+    monkeypatch.setattr(member_dataset, "run_of", stop_first)
+    found = member_dataset.measure_member(prepared, members_of(DESIGN)["finest-emesh"], DESIGN)
     assert str(found["status"].values[0, 0]) == "stopped on purpose"
     assert np.isnan(found["marker"]).all()
 
 
 def test_single_precision_changes_velocities_by_its_rounding_alone(prepared):
     only = scene.scene_of(prepared, 0.5, 0.0)
-    given = scene.on_member(only, parameters_of(reference_of(PLAN), PLAN, 0.5, 0.0))
+    given = scene.on_member(only, parameters_of(reference_of(DESIGN), DESIGN, 0.5, 0.0))
     single = in_single_precision(given)
     exact, coarse = (each.suspension.evaluate(given.state) for each in (given, single))
     exact_speed, coarse_speed = (
@@ -166,7 +166,7 @@ def test_the_mesh_scheme_has_no_single_precision():
 
 
 def test_a_single_precision_member_differs_from_its_level(prepared, measured):
-    level = measure.measure_member(prepared, Member("level", "level"), PLAN)
+    level = member_dataset.measure_member(prepared, Member("level", "level"), DESIGN)
     apart = measured["single"]["slip_velocity"] / level["slip_velocity"] - 1
     assert 0 < float(np.abs(apart).max()) < 1e-2
 
@@ -174,16 +174,16 @@ def test_a_single_precision_member_differs_from_its_level(prepared, measured):
 def test_markers_are_the_same_points_whatever_the_nodes(prepared):
     only = scene.scene_of(prepared, 0.5, 0.0)
     fine, wide = (
-        scene.on_member(only, parameters_of(Member("m", "level", level), PLAN, 0.5, 0.0))
+        scene.on_member(only, parameters_of(Member("m", "level", level), DESIGN, 0.5, 0.0))
         for level in ("converged", "standard")
     )
-    places = [stretch.on_markers(each.state.node_position, each.layout) for each in (fine, wide)]
+    places = [member_run.on_markers(each.state.node_position, each.layout) for each in (fine, wide)]
     # The nodes of the scene are 5 apart: nothing that either has is lost on the way.
     assert np.abs(places[0] - places[1]).max() < 1e-3 / 8192
 
 
 def test_long_runs_are_those_of_the_plan():
-    cases = steady.cases_of(PLAN)
+    cases = long_runs.sheared_packings(DESIGN)
     assert [(each.roughness, each.seed, each.periods) for each in cases.values()] == [
         (0.0, 1, 1),
         (0.0, 1, 2),
@@ -191,16 +191,16 @@ def test_long_runs_are_those_of_the_plan():
 
 
 def test_a_long_run_has_averages_and_one_that_stops_says_why(monkeypatch):
-    real = steady.hydrodynamics.shear
+    real = long_runs.hydrodynamics.shear
 
     def brittle(aged, parameters):
         if parameters.hydrodynamics.regularisation is not None:
-            raise measure.SoftslipError("stopped on purpose")
+            raise member_dataset.SoftslipError("stopped on purpose")
         return real(aged, parameters)
 
-    monkeypatch.setattr(steady.hydrodynamics, "shear", brittle)
-    found = steady.measure_steady(steady.cases_of(PLAN)["beta0-seed1-wide"], PLAN)
-    assert found["status"].values[:, 0].tolist() == [measure.DONE, "stopped on purpose"]
+    monkeypatch.setattr(long_runs.hydrodynamics, "shear", brittle)
+    found = long_runs.measure_steady(long_runs.sheared_packings(DESIGN)["beta0-seed1-wide"], DESIGN)
+    assert found["status"].values[:, 0].tolist() == [member_dataset.DONE, "stopped on purpose"]
     records, means = found["shear_rate_wall"], found["shear_rate_wall_mean"].values[:, 0]
     assert float(records.min()) <= means[0] <= float(records.max())
     assert np.isnan(means[1])

@@ -1,7 +1,7 @@
 import numpy as np
 import xarray as xr
 
-from softslip.studies.stability.markdown import limits_table, verdicts_table, wrong_cells
+from softslip.studies.stability.map_markdown import limits_table, verdicts_table, wrong_cells
 
 ERROR = "NumericalError: node_position[3] at step 0: is not right; use another"
 

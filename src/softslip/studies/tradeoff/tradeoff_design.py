@@ -61,11 +61,11 @@ class Variant(Section):
     )
 
 
-class Steady(Section):
+class SteadyDesign(Section):
     """Long runs for steady averages and their statistical errors."""
 
     regularisations: Spreads = _axis(
-        0.1, 0.4, None, 1.56, symbol="ε/dx", description="As in the plan."
+        0.1, 0.4, None, 1.56, symbol="ε/dx", description="As in the design."
     )
     stresses: Values = _axis(
         0.05, 1.0, symbol="σ", unit="stress unit", description="Imposed stresses."
@@ -89,7 +89,7 @@ class Steady(Section):
     )
 
 
-class Plan(Standalone):
+class TradeoffDesign(Standalone):
     """Scenes, settings and windows; the defaults are those of the full size.
 
     ``null`` among the regularisation lengths is that of the paper's mesh at 1/8192, 0.86 dx.
@@ -190,7 +190,7 @@ class Plan(Standalone):
     variants: dict[Name, Variant] = quantity(
         {}, symbol="variants", unit="1", description="Members that vary a level in one thing."
     )
-    steady: Steady = Steady()
+    steady: SteadyDesign = SteadyDesign()
 
     @classmethod
     def refused(cls, detail: ErrorDetails) -> ConfigError:

@@ -1,20 +1,20 @@
 import pytest
 
 from softslip.errors import ConfigError
-from softslip.studies.tradeoff.plan import Plan
+from softslip.studies.tradeoff.tradeoff_design import TradeoffDesign
 
 
 def test_lists_are_replaced_and_the_rest_stays():
-    plan = Plan.of({"node_spacings": [4.0], "regularisations": [0.2, None]})
-    assert plan.node_spacings == (4.0,)
-    assert plan.regularisations == (0.2, None)
-    assert plan.tolerances == Plan().tolerances
+    design = TradeoffDesign.of({"node_spacings": [4.0], "regularisations": [0.2, None]})
+    assert design.node_spacings == (4.0,)
+    assert design.regularisations == (0.2, None)
+    assert design.tolerances == TradeoffDesign().tolerances
 
 
 def test_windows_count_the_records_that_are_skipped():
-    plan = Plan.of({"skipped": 2, "records": 5, "short_records": 3})
-    assert plan.window == (7, 5)
-    assert Plan.of({"skipped": 0, "records": 1, "short_records": 4}).window == (1, 1)
+    design = TradeoffDesign.of({"skipped": 2, "records": 5, "short_records": 3})
+    assert design.window == (7, 5)
+    assert TradeoffDesign.of({"skipped": 0, "records": 1, "short_records": 4}).window == (1, 1)
 
 
 @pytest.mark.parametrize(
@@ -34,5 +34,5 @@ def test_windows_count_the_records_that_are_skipped():
 )
 def test_what_is_no_plan_is_refused_by_its_key(values, key):
     with pytest.raises(ConfigError) as refused:
-        Plan.of(values)
+        TradeoffDesign.of(values)
     assert refused.value.key == key

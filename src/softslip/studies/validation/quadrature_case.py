@@ -12,7 +12,7 @@ from softslip.solver.geometry import FloatArray, Layout
 from softslip.solver.mobility.grid import regularisation_length
 from softslip.solver.mobility.quadrature import CorrectedQuadrature
 from softslip.studies.validation.case import Case, Outcome
-from softslip.studies.validation.channel import level_of
+from softslip.studies.validation.solvent_channel import level_of
 from softslip.studies.validation.unbounded import Unbounded
 
 SHAPES = (((0.0095, 0.0075), 0.3, -1.0), ((0.008, 0.009), -0.4, 1.0))
