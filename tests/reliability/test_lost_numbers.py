@@ -14,7 +14,7 @@ from softslip.simulation import hydrodynamics, trajectory
 from softslip.simulation.checkpoint import Checkpoints, Identity
 from softslip.simulation.interruption import Interruption
 from softslip.simulation.keeper import Keeper
-from softslip.solver import contacts, health, membrane, suspension
+from softslip.solver import contacts, health, membrane, rheometer, suspension
 
 pytestmark = [
     pytest.mark.reliability,
@@ -170,7 +170,7 @@ TERMS = {
     "film": (contacts.Contacts, "add_forces", lose_all, {"film_thickness"}),
     "closing": (contacts.Contacts, "closing_rate", lose_all, {"closing_rate"}),
     "tethers": (suspension.Suspension, "positions", None, {"tether", "force"}),
-    "traction": (suspension.Suspension, "_traction", lose_all, {"traction"}),
+    "traction": (rheometer.StressControl, "traction", lose_all, {"traction"}),
     "node velocity": (Mobility, "velocities", lose_velocity(5, 1), {"node_velocity"}),
     "wall velocity": (
         Mobility,

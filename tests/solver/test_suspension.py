@@ -578,7 +578,7 @@ def test_at_zero_stress_no_traction_acts_but_what_cancels_the_packing(aged, coun
     assert found["still"] == (0.0, 0.0, 0)
     traction, drive, calls = found["periodic"]
     assert traction != 0.0
-    assert drive == pytest.approx(abs(traction) * suspension._drive.max(), rel=1e-9)
+    assert drive == pytest.approx(abs(traction) * suspension._control.unit.max(), rel=1e-9)
     assert calls == 1
 
 

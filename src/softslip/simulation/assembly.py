@@ -7,14 +7,23 @@ from softslip.config.parameters import Parameters
 from softslip.simulation.sample import channel_box, wall_contour
 from softslip.solver.contacts import ContactLaw, Contacts, NoContacts
 from softslip.solver.films import contact_strength
-from softslip.solver.geometry import Layout, wall_positions
-from softslip.solver.membrane import rest_spacing
+from softslip.solver.geometry import LOWER, UPPER, Layout, wall_positions
+from softslip.solver.membrane import MembraneLaw, rest_spacing
 from softslip.solver.mobility import Mobility
 from softslip.solver.mobility.ewald import EwaldMobility
 from softslip.solver.mobility.grid import GridMobility, regularisation_length
+from softslip.solver.mobility.outside import StillOutside
 from softslip.solver.mobility.profile import MeanFlow
 from softslip.solver.mobility.quadrature import CorrectedQuadrature
 from softslip.solver.neighbours import PairSource
+from softslip.solver.rheometer import (
+    Balance,
+    Control,
+    PrintedControl,
+    RateControl,
+    StressControl,
+    unit_drive,
+)
 from softslip.solver.splitting import farthest_reach, split_length
 from softslip.solver.suspension import Suspension
 
@@ -45,6 +54,13 @@ def contact_law(parameters: Parameters) -> ContactLaw:
     steric = parameters.steric
     strength = contact_strength(steric.energy, steric.reading)
     return ContactLaw(steric.length, strength, steric.refinement)
+
+
+def membrane_law(parameters: Parameters) -> MembraneLaw:
+    """Return how the run's membranes resist stretching, and whether they keep their area."""
+    membrane = parameters.membrane
+    restoring = membrane.area_restoring if membrane.area_correction == "flux" else None
+    return MembraneLaw(membrane.elastic_constant, membrane.order, restoring)
 
 
 def contacts_of(
@@ -100,6 +116,33 @@ def mobility_of(parameters: Parameters, layout: Layout, solver: Mobility | None 
     return CorrectedQuadrature(solver, layout, length, regularisation_of(parameters), viscosity)
 
 
+def control_of(
+    parameters: Parameters, layout: Layout, *, stress: float | None, shear_rate: float | None = None
+) -> Control:
+    """Return what imposes a stress, or without one a shear rate.
+
+    The paper prints an equation for a stress that drives the walls; at rest and under an imposed
+    rate the control is exact whatever ``rheometer.control`` says.
+
+    Raises
+    ------
+    ValueError
+        When neither a stress nor a rate is imposed.
+    """
+    heights = layout.wall_reference[:, :, 1].mean(axis=1)
+    arm = float(heights[UPPER] - heights[LOWER])
+    balance = Balance(channel_box(parameters), arm, parameters.channel.outside == "still")
+    unit = unit_drive(layout.wall_nodes, parameters.channel.length)
+    if stress and parameters.rheometer.control == "printed":
+        viscosity, stiffness = parameters.solvent.viscosity, parameters.wall.stiffness
+        return PrintedControl(balance, stress, unit, layout.wall_spacing, viscosity, stiffness)
+    if stress is not None:
+        return StressControl(balance, unit, stress)
+    if shear_rate is None:
+        raise ValueError("A run needs a stress or a shear rate.")
+    return RateControl(balance, unit, shear_rate)
+
+
 def assemble(
     parameters: Parameters,
     layout: Layout,
@@ -138,19 +181,21 @@ def assemble_around(
     pairs
         Source of node pairs in place of the solver's.
     """
-    printed = parameters.rheometer.control == "printed" and bool(stress)
+    box, mobility = channel_box(parameters), mobility_of(parameters, layout, solver)
+    if parameters.channel.outside == "still":
+        mobility = StillOutside(mobility, box, parameters.solvent.viscosity)
     shared = None
     if isinstance(solver, EwaldMobility):
         shared = (pairs or solver.near_pairs, solver.reach)
     return Suspension(
-        parameters,
         layout,
-        mobility_of(parameters, layout, solver),
+        box,
+        mobility,
         contacts_of(parameters, layout, shared),
-        channel_box(parameters),
-        stress=stress,
-        shear_rate=shear_rate,
-        printed_control=printed,
+        membrane_law(parameters),
+        control_of(parameters, layout, stress=stress, shear_rate=shear_rate),
+        wall_stiffness=parameters.wall.stiffness,
+        contact_range=parameters.steric.length,
     )
 
 

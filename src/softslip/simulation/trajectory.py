@@ -126,6 +126,7 @@ def advance(
     """
     stepping = parameters.time_stepping
     integrate = INTEGRATORS[stepping.integrator]
+    longest_step = _LONGEST_STEP[stepping.integrator]
     accuracy = Accuracy(stepping.tolerance, suspension.error_scale(state))
     if not state.step_size:
         state = replace(state, step_size=stepping.step)
@@ -157,7 +158,7 @@ def advance(
             keep(state, effort)
         seen = False
         until = float(stops[np.searchsorted(stops, state.time, side="right")])
-        longest = _longest_step(state, latest, suspension, parameters)
+        longest = longest_step(state, latest, suspension, parameters)
         try:
             step = integrate(
                 rate,
@@ -210,16 +211,28 @@ def _guard(state: State, evaluation: Evaluation, layout: Layout, parameters: Par
     check_crossing(evaluation.positions, layout, length, film, state.step)
 
 
-def _longest_step(
+def _fixed(
     state: State, evaluation: Evaluation, suspension: Suspension, parameters: Parameters
 ) -> float:
-    """Return the longest step that the motion allows; refuse a fixed one that is longer."""
-    stepping, contact_range = parameters.time_stepping, parameters.steric.length
-    velocities = state.like(evaluation.rate).node_position
-    if stepping.integrator == "euler":
-        health.check_move(velocities, stepping.step, contact_range, state.step)
-        return stepping.step
-    closing = suspension.closing_rate(evaluation)
-    heights = state.node_position[:, 1]
-    longest = health.longest_step(velocities, closing, contact_range, state.step, heights)
-    return min(longest, stepping.longest_step)
+    """Return the fixed step; refuse one that is longer than the motion allows."""
+    step, velocities = parameters.time_stepping.step, state.like(evaluation.rate).node_position
+    health.check_move(velocities, step, parameters.steric.length, state.step)
+    return step
+
+
+def _adapted(
+    state: State, evaluation: Evaluation, suspension: Suspension, parameters: Parameters
+) -> float:
+    """Return the longest step that the motion and the parameters allow."""
+    longest = health.longest_step(
+        state.like(evaluation.rate).node_position,
+        suspension.closing_rate(evaluation),
+        parameters.steric.length,
+        state.step,
+        state.node_position[:, 1],
+    )
+    return min(longest, parameters.time_stepping.longest_step)
+
+
+_LONGEST_STEP = {"euler": _fixed, "rkc2": _adapted}
+"""What limits the steps of each of `INTEGRATORS`."""

@@ -7,15 +7,48 @@ and normals from the discrete energy and area as before: total force, torque and
 """
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from softslip.solver.chains import PADDING, longest_chain, unroll
 from softslip.solver.compilation import compiled
-from softslip.solver.geometry import FloatArray, IntArray
+from softslip.solver.geometry import FloatArray, IntArray, Layout
 
 ORDERS = (2, 6)
 """Orders of the differences along a membrane."""
+
+
+@dataclass(frozen=True)
+class MembraneLaw:
+    """How membranes resist stretching, and whether they keep their area.
+
+    Attributes
+    ----------
+    elastic_constant
+        K_e [stress unit].
+    order
+        Of the differences, one of `ORDERS`.
+    area_restoring
+        Rate at which areas return to their references [1 / time unit]; None moves the nodes with
+        the bare velocity of the fluid, and areas with them.
+    """
+
+    elastic_constant: float
+    order: int
+    area_restoring: float | None
+
+    def add_forces(self, positions: FloatArray, layout: Layout, forces: FloatArray) -> None:
+        """Add the membrane force on each particle node; see `add_tension`."""
+        constant, order = self.elastic_constant, self.order
+        add_tension(positions, layout.offsets, layout.spacing, constant, order, forces)
+
+    def keep_areas(self, positions: FloatArray, layout: Layout, velocities: FloatArray) -> None:
+        """Take from particle velocities what changes areas; see `remove_flux`."""
+        if self.area_restoring is None:
+            return
+        order, restoring, areas = self.order, self.area_restoring, layout.reference_area
+        remove_flux(positions, layout.offsets, order, restoring, areas, velocities)
 
 
 _STAGGERED = ((1.0, 0.0, 0.0), (75.0 / 64.0, -25.0 / 384.0, 3.0 / 640.0))

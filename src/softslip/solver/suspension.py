@@ -5,15 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
 
-from softslip.config.parameters import Parameters
 from softslip.errors import NumericalError
-from softslip.solver import membrane, rheometer
 from softslip.solver.contacts import Contacts, NoContacts
-from softslip.solver.geometry import LOWER, UPPER, Box, FloatArray, Layout
+from softslip.solver.geometry import Box, FloatArray, Layout
 from softslip.solver.integrators import Vector
+from softslip.solver.membrane import MembraneLaw, wrap_particles
 from softslip.solver.mobility import Mobility
-from softslip.solver.mobility.outside import StillOutside
 from softslip.solver.mobility.rest import RestWithoutForce
+from softslip.solver.rheometer import Control, check_traction, relative_speed, tether_rate
 from softslip.solver.state import State
 
 RIGIDITY_TOLERANCE = 0.02
@@ -63,76 +62,66 @@ class Suspension:
 
     Parameters
     ----------
-    parameters
-        The run's parameters.
     layout
-        Its nodes.
+        The run's nodes.
+    box
+        Its box.
     mobility
-        Stokes solver in the run's box.
+        Stokes solver, which treats the solvent outside the walls as the control's balance does.
     contacts
         Between the nodes.
-    box
-        The run's box.
-    stress
-        Imposed stress σ; None imposes ``shear_rate`` instead.
-    shear_rate
-        Imposed relative wall speed over H.
-    printed_control
-        Whether the paper's own equation drives the walls.
+    membranes
+        Forces and areas of the membranes.
+    control
+        What drives the walls.
+    wall_stiffness
+        K_w.
+    contact_range
+        σ_LJ [length unit].
     """
 
     def __init__(
         self,
-        parameters: Parameters,
         layout: Layout,
+        box: Box,
         mobility: Mobility,
         contacts: Contacts | NoContacts,
-        box: Box,
+        membranes: MembraneLaw,
+        control: Control,
         *,
-        stress: float | None,
-        shear_rate: float | None = None,
-        printed_control: bool = False,
+        wall_stiffness: float,
+        contact_range: float,
     ) -> None:
-        channel = parameters.channel
-        self.box = box
         self.layout = layout
-        self._parameters = parameters
-        still = channel.outside == "still"
-        viscosity = parameters.solvent.viscosity
-        whole = StillOutside(mobility, self.box, viscosity) if still else mobility
-        self._mobility = RestWithoutForce(whole)
-        self._stress = stress
-        self._shear_rate = shear_rate
-        self._printed = printed_control
+        self.box = box
+        self._mobility = RestWithoutForce(mobility)
         self._contacts = contacts
-        self._drive = rheometer.unit_drive(layout.wall_nodes, channel.length)
-        heights = layout.wall_reference[:, :, 1].mean(axis=1)
-        self._balance = rheometer.Balance(
-            self.box, float(heights[UPPER] - heights[LOWER]), channel.outside == "still"
-        )
+        self._membranes = membranes
+        self._control = control
+        self._wall_stiffness = wall_stiffness
+        self._contact_range = contact_range
 
     def load(self, state: State) -> State:
         """Return the state as the control wants it before the first step.
 
-        The tethers are set to what holds the walls rigid under the forces of this instant (to
-        `RIGIDITY_TOLERANCE`, or to `ROUNDING`). Left to grow at their own rate, they would let
-        the solvent through the walls by traction over K_w: a good part of a contact film where
-        particles press.
-        The printed control begins instead as the paper does (Sec. II B), with the whole imposed
-        stress added to the tethers.
-
         Raises
         ------
         NumericalError
-            When no such tethers are found.
+            When the control asks for rigid walls and no tethers are found that hold them so.
+        """
+        return self._control.load(state, self._held_rigid)
+
+    def _held_rigid(self, state: State) -> State:
+        """Return the state with the tethers that hold the walls rigid under its forces.
+
+        To `RIGIDITY_TOLERANCE`, or to `ROUNDING`. Left to grow at their own rate, tethers would
+        let the solvent through the walls by traction over K_w: a good part of a contact film
+        where particles press.
         """
         loaded = state.replace(state.vector.copy(), state.time, state.step)
-        if self._printed and self._stress is not None:
-            loaded.tether[:, :, 0] += self._stress * self._drive / self.layout.wall_spacing
-            return loaded
-        given = self.evaluate(loaded)
-        bare = state.like(given.rate).tether.ravel()
-        speed = self._parameters.wall.stiffness * float(np.abs(given.wall_velocity).max())
+        start = self.evaluate(loaded)
+        bare = state.like(start.rate).tether.ravel()
+        speed = self._wall_stiffness * float(np.abs(start.wall_velocity).max())
 
         def response(tether: FloatArray) -> FloatArray:
             trial = state.replace(state.vector.copy(), state.time, state.step)
@@ -174,8 +163,8 @@ class Suspension:
         It is the contact range for positions. A tether is K_w times how far the fluid has crept
         past its node, so that its error counts as that displacement.
         """
-        scale = np.full(state.vector.size, self._parameters.steric.length)
-        state.like(scale).tether[:] *= self._parameters.wall.stiffness
+        scale = np.full(state.vector.size, self._contact_range)
+        state.like(scale).tether[:] *= self._wall_stiffness
         return scale
 
     def closing_rate(self, evaluation: Evaluation) -> float:
@@ -196,21 +185,13 @@ class Suspension:
         walls = self.layout.wall_reference.copy()
         walls[:, :, 0] += np.mod(state.wall_displacement, self.box.length)[:, None]
         positions = np.concatenate((state.node_position, walls.reshape(-1, 2)))
-        membrane.wrap_particles(positions, self.layout.offsets, self.box.length)
+        wrap_particles(positions, self.layout.offsets, self.box.length)
         return positions
 
     def body_forces(self, positions: FloatArray) -> tuple[FloatArray, float]:
         """Return membrane and contact forces on all nodes and the smallest film thickness."""
-        layout, parameters = self.layout, self._parameters
         forces = np.zeros_like(positions)
-        membrane.add_tension(
-            positions,
-            layout.offsets,
-            layout.spacing,
-            parameters.membrane.elastic_constant,
-            parameters.membrane.order,
-            forces,
-        )
+        self._membranes.add_forces(positions, self.layout, forces)
         film = self._contacts.add_forces(positions, forces)
         return forces, film
 
@@ -226,15 +207,13 @@ class Suspension:
         body_forces, film = self.body_forces(positions)
         forces = body_forces.copy()
         self._walls(forces)[:] += self.layout.wall_spacing * state.tether
-        rest = self._moment(positions, forces)
-        if self._printed:
-            traction = self._tethered_traction(state)
-            rest -= traction * self._balance.arm
-        else:
-            traction = self._traction(positions, forces, rest)
-            if traction:
-                self._walls(forces)[:, :, 0] += traction * self._drive
-        rheometer.check_traction(traction, state.step)
+
+        def speed(trial: FloatArray) -> float:
+            velocities = self._mobility.velocities(positions, trial)
+            return relative_speed(self._walls(velocities)[:, :, 0])
+
+        traction, stress = self._control.drive(state, positions, forces, speed)
+        check_traction(traction, state.step)
         velocities = self._mobility.velocities(positions, forces)
         rate = self._rate(state, positions, velocities)
         return Evaluation(
@@ -242,7 +221,7 @@ class Suspension:
             body_forces=body_forces,
             forces=forces,
             traction=traction,
-            stress=self._balance.stress(traction, rest),
+            stress=stress,
             film_thickness=film,
             wall_velocity=state.like(rate).wall_displacement.copy(),
             rate=rate,
@@ -252,73 +231,19 @@ class Suspension:
         """Return d/dt of the state's vector."""
         return self.evaluate(state).rate
 
-    def _unit_forces(self) -> FloatArray:
-        """Return the forces of unit mean traction on all nodes, shape (nodes, 2)."""
-        unit = np.zeros((self.layout.nodes, 2))
-        unit[self.layout.particle_nodes :, 0] = self._drive.ravel()
-        return unit
-
-    def _moment(self, positions: FloatArray, forces: FloatArray) -> float:
-        """Return the moment M of `solver.rheometer`; 0 where it is not needed.
-
-        Still solvent outside carries no stress that M would have to balance.
-        """
-        if self._balance.still:
-            return 0.0
-        return rheometer.moment(positions[:, 1], forces[:, 0], self.box.length)
-
-    def _tethered_traction(self, state: State) -> float:
-        """Return the mean traction that the upper wall's tethers exert (printed control)."""
-        total = float(state.tether[UPPER, :, 0].sum())
-        return total * self.layout.wall_spacing / self.box.length
-
-    def _traction(self, positions: FloatArray, forces: FloatArray, rest: float) -> float:
-        """Return the mean traction that imposes the stress or the rate exactly.
-
-        An imposed rate costs two more flow solutions: what the walls do under all other forces
-        and under unit traction, which for rough walls depends on how the bumps face each other.
-        """
-        if self._stress is not None:
-            return self._balance.traction(self._stress, rest)
-        assert self._shear_rate is not None
-        return rheometer.traction_at_rate(
-            self._shear_rate * self.box.height,
-            self._wall_speed(self._mobility.velocities(positions, forces)),
-            self._wall_speed(self._mobility.velocities(positions, self._unit_forces())),
-        )
-
     def _walls(self, velocities: FloatArray) -> FloatArray:
         return velocities[self.layout.particle_nodes :].reshape(2, -1, 2)
 
-    def _wall_speed(self, velocities: FloatArray) -> float:
-        return rheometer.relative_speed(self._walls(velocities)[:, :, 0])
-
     def _rate(self, state: State, positions: FloatArray, velocities: FloatArray) -> Vector:
         """Assemble the rate of change from the velocities of all nodes (Eqs. 17, 21, 25-27)."""
-        layout, parameters = self.layout, self._parameters
         walls = self._walls(velocities)
         mean = walls[:, :, 0].mean(axis=1)
         rate = np.zeros_like(state.vector)
         view = state.like(rate)
-        view.node_position[:] = velocities[: layout.particle_nodes]
-        if parameters.membrane.area_correction == "flux":
-            membrane.remove_flux(
-                positions,
-                layout.offsets,
-                parameters.membrane.order,
-                parameters.membrane.area_restoring,
-                layout.reference_area,
-                view.node_position,
-            )
+        view.node_position[:] = velocities[: self.layout.particle_nodes]
+        self._membranes.keep_areas(positions, self.layout, view.node_position)
         view.wall_displacement[:] = mean
-        target = state.wall_speed if self._printed else mean
-        view.tether[:] = rheometer.tether_rate(walls, target, parameters.wall.stiffness)
-        if self._printed:
-            view.wall_speed[:] = rheometer.printed_acceleration(
-                state.wall_speed,
-                mean,
-                self.box,
-                parameters.solvent.viscosity,
-                parameters.wall.stiffness,
-            )
+        target = self._control.held_speed(state, mean)
+        view.tether[:] = tether_rate(walls, target, self._wall_stiffness)
+        view.wall_speed[:] = self._control.acceleration(state, mean)
         return rate
