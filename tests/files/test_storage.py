@@ -1,3 +1,5 @@
+import os
+
 import netCDF4
 import numpy as np
 import pytest
@@ -160,8 +162,16 @@ def test_a_rewritten_file_replaces_the_old_one(written, dataset):
     assert [each.name for each in written.parent.iterdir()] == [written.name]
 
 
-def test_files_can_be_read_by_others(written):
-    assert written.stat().st_mode & 0o777 == 0o644
+@pytest.mark.parametrize("umask", [0o022, 0o002, 0o077, 0o027])
+def test_the_umask_says_who_may_read_and_write(dataset, tmp_path, umask):
+    before = os.umask(umask)
+    try:
+        path = tmp_path / "new" / "toy.nc"
+        write_dataset(dataset, path, stage="toy", run="abc", title="Toy")
+    finally:
+        os.umask(before)
+    assert path.stat().st_mode & 0o777 == 0o666 & ~umask
+    assert path.parent.stat().st_mode & 0o777 == 0o777 & ~umask
 
 
 def test_missing_files_are_refused(tmp_path):

@@ -256,7 +256,7 @@ def test_no_run_is_started_that_nobody_could_see(
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     with monkeypatch.context() as patch:
-        patch.setattr("tempfile.mkstemp", fail)
+        patch.setattr("softslip.files.storage.unused_name", fail)
         assert os.strerror(errno.ENOSPC) in refusal(tmp_path)
     with run_lock(tmp_path, RUN):
         pass

@@ -205,7 +205,7 @@ def test_the_error_is_seen_where_it_cannot_be_recorded(
     def full(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("tempfile.mkstemp", full)
+    monkeypatch.setattr("softslip.files.storage.unused_name", full)
     with pytest.raises(PackingError, match="too dense"), failure_recorded(folder, run):
         raise PackingError("too dense")
     assert status_of(scenario, work, "shear").state == "missing"

@@ -79,7 +79,6 @@ BOUNDARIES = {
     "open": (os, "open"),
     "mkdir": (os, "mkdir"),
     "fsync": (os, "fsync"),
-    "chmod": (os, "chmod"),
     "replace": (os, "replace"),
     "rename": (os, "rename"),
     "unlink": (os, "unlink"),

@@ -3,12 +3,12 @@
 import hashlib
 import json
 import os
-import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
+from uuid import uuid4
 
 import numpy as np
 import xarray as xr
@@ -179,8 +179,9 @@ def _reason(error: Exception) -> str:
 def replacing(path: Path) -> Iterator[Path]:
     """Give a temporary file in the same folder, and in the end put it in a file's place.
 
-    It is synced and renamed, so that a reader finds either the whole new file or what was there
-    before. After an error nothing is left of it.
+    Who may read and write it is up to the umask and the folder. It is synced and renamed, so that
+    a reader finds either the whole new file or what was there before. After an error nothing is
+    left of it.
 
     Parameters
     ----------
@@ -195,14 +196,10 @@ def replacing(path: Path) -> Iterator[Path]:
     temporary: Path | None = None
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(
-            prefix=f".{path.name[:80]}.", suffix=".part", dir=path.parent
-        )
-        os.close(handle)
-        temporary = Path(name)
+        temporary = unused_name(path)
+        os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
         yield temporary
         _sync(temporary)
-        temporary.chmod(0o644)
         temporary.replace(path)
         _sync(path.parent)
     except OSError as error:
@@ -210,6 +207,11 @@ def replacing(path: Path) -> Iterator[Path]:
     finally:
         if temporary is not None:
             temporary.unlink(missing_ok=True)
+
+
+def unused_name(path: Path) -> Path:
+    """Return a hidden name beside a file or folder that nothing else has."""
+    return path.with_name(f".{path.name[:80]}.{uuid4().hex}.part")
 
 
 def _sync(path: Path) -> None:

@@ -3,14 +3,13 @@
 import hashlib
 import os
 import shutil
-import tempfile
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import IO
 
 from softslip.errors import ConfigError, StorageError
-from softslip.files.storage import replacing
+from softslip.files.storage import replacing, unused_name
 from softslip.messages import brief, file_text
 from softslip.provenance.crate.contents import CrateFile
 
@@ -77,9 +76,8 @@ def write_folder(items: list[CrateFile], folder: Path, *, link: bool = False) ->
     temporary: Path | None = None
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
-        name = tempfile.mkdtemp(prefix=f".{folder.name[:80]}.", suffix=".part", dir=folder.parent)
-        temporary = Path(name)
-        temporary.chmod(0o755)
+        temporary = unused_name(folder)
+        temporary.mkdir()
         for each in items:
             _put(each, temporary / each.name, link)
         temporary.replace(folder)
