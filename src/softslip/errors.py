@@ -77,4 +77,4 @@ class StorageError(SoftslipError):
 
 
 class Interrupted(SoftslipError):
-    """A signal asked a run to stop; the same command goes on with it."""
+    """A signal asked a run to stop; the same command resumes it."""

@@ -13,7 +13,8 @@ from ruamel.yaml import YAML
 from softslip.config.fidelity import LEVELS
 from softslip.config.fields import all_fields, value_at
 from softslip.config.parameters import Parameters
-from softslip.config.scenario import MOST_RUNS, STAGES, Scenario, load_scenario, stage_ids
+from softslip.config.scenario import MOST_RUNS, Scenario, load_scenario
+from softslip.config.stages import STAGES, stage_ids
 from softslip.errors import ConfigError
 from softslip.simulation.sample import particle_radii
 

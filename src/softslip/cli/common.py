@@ -18,7 +18,7 @@ from softslip.messages import brief
 
 CONFIG_EXIT, FAILURE_EXIT, INTERRUPTED_EXIT = 2, 1, 75
 """Exit statuses: a scenario that cannot be run, a run that failed, and one that a signal stopped,
-which the same command goes on with (EX_TEMPFAIL of sysexits.h)."""
+which the same command resumes (EX_TEMPFAIL of sysexits.h)."""
 
 ScenarioName = Annotated[
     str, typer.Argument(metavar="SCENARIO", help="Name of a file in config/, or a .yaml path.")

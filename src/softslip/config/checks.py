@@ -48,10 +48,10 @@ DENSEST = 0.97
 """Largest part of the free area between the bumps that particles may fill."""
 
 MOST_PARTICLES = 100_000
-"""More particles than this are taken for a slip of the pen in a length."""
+"""More particles than this are taken for a typo in a length."""
 
 MOST_STEPS = 10**9
-"""More time steps than this are taken for a slip of the pen in a time."""
+"""More time steps than this are taken for a typo in a time."""
 
 
 def _check_level(parameters: Tree) -> None:

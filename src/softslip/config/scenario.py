@@ -14,27 +14,12 @@ from typing import Any
 from softslip.config.fields import extra
 from softslip.config.parameters import Parameters, check_fields, check_value, field_at
 from softslip.config.reading import in_file, read_mapping, relocated
-from softslip.config.reference import defaults_yaml, parameters_schema, parameters_table
-from softslip.config.stages import STAGES, position, stage_ids, stage_paths
+from softslip.config.stages import STAGES, position, stage_ids
 from softslip.errors import ConfigError
 from softslip.messages import brief, key_text
 
-__all__ = [
-    "STAGES",
-    "Axis",
-    "Run",
-    "Scenario",
-    "StageRun",
-    "defaults_yaml",
-    "load_scenario",
-    "parameters_schema",
-    "parameters_table",
-    "stage_ids",
-    "stage_paths",
-]
-
 MOST_RUNS = 10_000
-"""More runs than this are taken for a slip of the pen in an axis; each command checks them all,
+"""More runs than this are taken for a typo in an axis; each command checks them all,
 which takes some seconds for so many."""
 
 LONGEST_NOTE = 200
@@ -66,7 +51,7 @@ class Axis:
 
 
 @dataclass(frozen=True)
-class Run:
+class SweepPoint:
     """One point of a sweep.
 
     Attributes
@@ -93,7 +78,7 @@ class StageRun:
     stage, id
         Which stage it is and its identity.
     parameters
-        Those of the first run that needs it; `stage_paths` says which of them it depends on.
+        Those of the first run that needs it; `stages.stage_paths` says which of them it depends on.
     parent
         Identity of the stage before, None for a packing.
     """
@@ -135,7 +120,7 @@ class Scenario:
     base: Parameters
     axes: tuple[Axis, ...]
 
-    def runs(self) -> tuple[Run, ...]:
+    def runs(self) -> tuple[SweepPoint, ...]:
         """Return the run of every combination of the axes' values.
 
         Raises
@@ -147,14 +132,14 @@ class Scenario:
         return self._runs
 
     @cached_property
-    def _runs(self) -> tuple[Run, ...]:
+    def _runs(self) -> tuple[SweepPoint, ...]:
         return tuple(self._expand())
 
-    def _expand(self) -> Iterator[Run]:
+    def _expand(self) -> Iterator[SweepPoint]:
         for values in product(*(axis.values for axis in self.axes)):
             parameters = _combined(self.tree, self.axes, values)
             coordinates = {axis.label: value for axis, value in zip(self.axes, values, strict=True)}
-            yield Run(parameters, coordinates, stage_ids(parameters))
+            yield SweepPoint(parameters, coordinates, stage_ids(parameters))
 
     def as_json(self) -> str:
         """Return all that the scenario's datasets depend on, as a JSON object."""

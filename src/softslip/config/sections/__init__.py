@@ -11,8 +11,8 @@ from softslip.config.sections.base import (
     Standalone,
 )
 from softslip.config.sections.channel import Channel, Rheometer, Wall
-from softslip.config.sections.material import Membrane, Solvent, Steric, Suspension
-from softslip.config.sections.numerics import Hydrodynamics, TimeStepping
+from softslip.config.sections.discretisation import Hydrodynamics, TimeStepping
+from softslip.config.sections.material import Membrane, Particles, Solvent, Steric
 from softslip.config.sections.preparation import Expansion, Packing
 from softslip.config.sections.recording import Recording
 from softslip.config.sections.tree import Tree
@@ -25,13 +25,13 @@ __all__ = [
     "Hydrodynamics",
     "Membrane",
     "Packing",
+    "Particles",
     "Recording",
     "Rheometer",
     "Section",
     "Solvent",
     "Standalone",
     "Steric",
-    "Suspension",
     "TimeStepping",
     "Tree",
     "Wall",

@@ -15,7 +15,7 @@ class Solvent(Section):
     )
 
 
-class Suspension(Section):
+class Particles(Section):
     """The soft particles (Sec. II A and III)."""
 
     area_fraction: float = quantity(

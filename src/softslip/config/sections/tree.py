@@ -5,8 +5,8 @@ from typing import Literal
 from softslip.config.fields import quantity
 from softslip.config.sections.base import Section
 from softslip.config.sections.channel import Channel, Rheometer, Wall
-from softslip.config.sections.material import Membrane, Solvent, Steric, Suspension
-from softslip.config.sections.numerics import Hydrodynamics, TimeStepping
+from softslip.config.sections.discretisation import Hydrodynamics, TimeStepping
+from softslip.config.sections.material import Membrane, Particles, Solvent, Steric
 from softslip.config.sections.preparation import Expansion, Packing
 from softslip.config.sections.recording import Recording
 
@@ -33,7 +33,7 @@ class Tree(Section):
     solvent: Solvent = Solvent()
     channel: Channel = Channel()
     wall: Wall = Wall()
-    suspension: Suspension = Suspension()
+    suspension: Particles = Particles()
     packing: Packing = Packing()
     expansion: Expansion = Expansion()
     membrane: Membrane = Membrane()

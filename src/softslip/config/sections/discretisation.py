@@ -1,4 +1,4 @@
-"""The numerics: the Stokes solver with its nodes, and the steps in time."""
+"""The discretisation: the Stokes solver with its nodes, and the steps in time."""
 
 from typing import Literal
 
