@@ -4,7 +4,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import softslip
+from softslip.solver import compilation
 from softslip.solver.compilation import source_digest
 
 PACKAGE = Path(softslip.__file__).parent
@@ -49,3 +52,51 @@ def test_the_digest_is_that_of_the_source_of_all_kernels(tmp_path):
     membrane = copy / "solver" / "membrane.py"
     membrane.write_text(membrane.read_text() + "\n")
     assert source_digest(copy) != source_digest()
+
+
+@pytest.fixture
+def nowhere(monkeypatch, tmp_path):
+    """Return a folder for temporary files, where no other may be written."""
+    for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("HOME", "/proc/none")
+    monkeypatch.setattr(compilation, "_PACKAGE", Path("/proc/none"))
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    return tmp_path
+
+
+def test_without_a_writable_folder_compiled_functions_are_stored_in_a_temporary_one(
+    nowhere, capsys
+):
+    folder = compilation.cache_folder()
+    assert folder.parent == nowhere
+    assert folder.stat().st_mode & 0o777 == 0o700
+    assert "set NUMBA_CACHE_DIR" in capsys.readouterr().err
+    assert compilation.cache_folder() == folder
+
+
+def test_a_temporary_folder_that_others_may_write_is_not_used(nowhere):
+    folder = compilation.cache_folder()
+    folder.chmod(0o777)
+    assert compilation.cache_folder() != folder
+
+
+def test_a_folder_that_is_named_but_may_not_be_written_is_passed_over(nowhere, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", "/proc/none/cache")
+    assert compilation.cache_folder().parent == nowhere
+
+
+def test_the_solver_runs_where_nothing_but_temporary_files_may_be_written(tmp_path):
+    """As in containers with arbitrary users."""
+    shutil.copytree(PACKAGE, tmp_path / "softslip", ignore=shutil.ignore_patterns("__pycache__"))
+    (tmp_path / "softslip" / "__pycache__").write_text("in the way")
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path), "HOME": "/proc/none"}
+    environment["TMPDIR"] = str(tmp_path)
+    for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME"):
+        environment.pop(name, None)
+    found = subprocess.run(
+        [sys.executable, "-c", SPREAD], env=environment, capture_output=True, text=True, check=False
+    )
+    assert found.returncode == 0, found.stderr
+    assert "set NUMBA_CACHE_DIR" in found.stderr
+    assert abs(float(found.stdout) - 20) < 1e-12

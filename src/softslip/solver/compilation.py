@@ -8,6 +8,9 @@ after the source of all kernels.
 
 import hashlib
 import os
+import stat
+import sys
+import tempfile
 from pathlib import Path
 
 import numba as nb
@@ -26,18 +29,49 @@ def source_digest(folder: Path = _PACKAGE) -> str:
     return digest.hexdigest()[:16]
 
 
-def _base() -> Path:
-    """Return where compiled functions are kept: as told, beside the source, or with the user."""
-    told = os.environ.get("NUMBA_CACHE_DIR")
-    if told:
-        return Path(told)
-    if os.access(_PACKAGE, os.W_OK):
-        return _PACKAGE / "__pycache__"
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "softslip"
+def cache_folder() -> Path:
+    """Return where compiled functions are stored.
+
+    The folder of NUMBA_CACHE_DIR, one beside the source, one of the user's, or, where none of these
+    may be written, a temporary one, which is said on standard error.
+    """
+    beside, named = _PACKAGE / "__pycache__", os.environ.get("NUMBA_CACHE_DIR")
+    users = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()) / "softslip"
+    for folder in (Path(named),) if named else (beside, users):
+        if _is_writable(folder):
+            return folder
+    temporary = _private_folder(Path(tempfile.gettempdir()) / f"softslip-{os.geteuid()}")
+    print(
+        f"compiled functions are stored in {temporary}, as no other folder may be written; "
+        "set NUMBA_CACHE_DIR to a folder that lasts",
+        file=sys.stderr,
+    )
+    return temporary
+
+
+def _is_writable(folder: Path) -> bool:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return False
+    return os.access(folder, os.W_OK)
+
+
+def _private_folder(folder: Path) -> Path:
+    """Return a folder that nobody else can put code into: the given one, or a new one."""
+    try:
+        folder.mkdir(mode=0o700, exist_ok=True)
+        found = folder.stat(follow_symlinks=False)
+    except OSError:
+        return Path(tempfile.mkdtemp(prefix="softslip-"))
+    ours = stat.S_ISDIR(found.st_mode) and found.st_uid == os.geteuid()
+    return (
+        folder if ours and not found.st_mode & 0o077 else Path(tempfile.mkdtemp(prefix="softslip-"))
+    )
 
 
 # Numba makes its settings' names when it is imported.
-nb.config.CACHE_DIR = str(_base() / f"kernels-{source_digest()}")  # type: ignore[attr-defined]
+nb.config.CACHE_DIR = str(cache_folder() / f"kernels-{source_digest()}")  # type: ignore[attr-defined]
 
 compiled = nb.njit(
     cache=True,
