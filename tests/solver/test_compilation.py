@@ -81,6 +81,14 @@ def test_a_temporary_folder_that_others_may_write_is_not_used(nowhere):
     assert compilation.cache_folder() != folder
 
 
+def test_a_user_without_a_home_has_a_temporary_folder(nowhere, monkeypatch):
+    def homeless():
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.setattr(Path, "home", homeless)
+    assert compilation.cache_folder().parent == nowhere
+
+
 def test_a_folder_that_is_named_but_may_not_be_written_is_passed_over(nowhere, monkeypatch):
     monkeypatch.setenv("NUMBA_CACHE_DIR", "/proc/none/cache")
     assert compilation.cache_folder().parent == nowhere

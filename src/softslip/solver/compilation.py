@@ -11,6 +11,7 @@ import os
 import stat
 import sys
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 
 import numba as nb
@@ -35,9 +36,12 @@ def cache_folder() -> Path:
     The folder of NUMBA_CACHE_DIR, one beside the source, one of the user's, or, where none of these
     may be written, a temporary one, which is said on standard error.
     """
-    beside, named = _PACKAGE / "__pycache__", os.environ.get("NUMBA_CACHE_DIR")
-    users = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()) / "softslip"
-    for folder in (Path(named),) if named else (beside, users):
+    named, users = os.environ.get("NUMBA_CACHE_DIR"), os.environ.get("XDG_CACHE_HOME")
+    folders = [Path(named)] if named else [_PACKAGE / "__pycache__"]
+    # Users without a name, as in containers, have no home.
+    with suppress(RuntimeError):
+        folders += [] if named else [Path(users or Path.home() / ".cache") / "softslip"]
+    for folder in folders:
         if _is_writable(folder):
             return folder
     temporary = _private_folder(Path(tempfile.gettempdir()) / f"softslip-{os.geteuid()}")
@@ -59,15 +63,13 @@ def _is_writable(folder: Path) -> bool:
 
 def _private_folder(folder: Path) -> Path:
     """Return a folder that nobody else can put code into: the given one, or a new one."""
-    try:
+    with suppress(OSError):
         folder.mkdir(mode=0o700, exist_ok=True)
-        found = folder.stat(follow_symlinks=False)
-    except OSError:
-        return Path(tempfile.mkdtemp(prefix="softslip-"))
-    ours = stat.S_ISDIR(found.st_mode) and found.st_uid == os.geteuid()
-    return (
-        folder if ours and not found.st_mode & 0o077 else Path(tempfile.mkdtemp(prefix="softslip-"))
-    )
+        status = folder.stat(follow_symlinks=False)
+        ours = stat.S_ISDIR(status.st_mode) and status.st_uid == os.geteuid()
+        if ours and not status.st_mode & 0o077:
+            return folder
+    return Path(tempfile.mkdtemp(prefix="softslip-"))
 
 
 # Numba makes its settings' names when it is imported.
