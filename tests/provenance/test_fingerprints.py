@@ -36,7 +36,8 @@ STARTED = "bench tradeoff stability"
 TABLE = [
     ("", "solver solver.mobility simulation simulation.checkpoint simulation.interruption"),
     ("", "simulation.keeper analysis studies studies.publish studies.study"),
-    ("", "studies.stability.map_markdown studies.validation.errors_markdown studies.tradeoff"),
+    ("", "studies.markdown studies.stability.map_markdown studies.tradeoff"),
+    ("", "studies.validation.errors_markdown"),
     ("", "studies.tradeoff.choose studies.tradeoff.accuracy_markdown"),
     # These only collect names.
     ("", "analysis.figures analysis.observables studies.bench studies.stability"),

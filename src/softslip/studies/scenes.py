@@ -192,6 +192,19 @@ def plain_sum(parameters: Parameters, layout: Layout) -> EwaldMobility:
     return solver
 
 
+def aged_packing(parameters: Parameters) -> xr.Dataset:
+    """Return the membranes of parameters, packed, grown and aged for their ``ageing_time``.
+
+    The dataset has what `simulation.assembly.layout_of` wants, and ``node_position``.
+
+    Raises
+    ------
+    SoftslipError
+        When there is no such packing.
+    """
+    return hydrodynamics.age(expand(pack(parameters), parameters), parameters)
+
+
 @functools.cache
 def packed(particles: int) -> xr.Dataset:
     """Return the discs of N particles, which no numerical setting changes."""

@@ -2,7 +2,7 @@
 
 import xarray as xr
 
-from softslip.messages import table_row
+from softslip.studies.markdown import LEFT, RIGHT, markdown_table
 
 COLUMNS = (
     "Element",
@@ -37,12 +37,8 @@ def elements_table(dataset: xr.Dataset) -> str:
     """
     count, duration = int(dataset["particles"]), float(dataset["duration"])
     fidelity = dataset.attrs["fidelity"]
-    lines = [
-        f"{count} particles at fidelity {fidelity}, over {duration:g} time units:",
-        "",
-        table_row(COLUMNS),
-        table_row(["---", "---", "---", *["---:"] * (len(COLUMNS) - 4), "---"]),
-    ]
+    alignment = [LEFT] * 3 + [RIGHT] * (len(COLUMNS) - 4) + [LEFT]
+    rows = []
     for name in dataset["element"].values:
         row = dataset.sel(element=name)
         words = {key: str(row[key].values) for key in ("scene_with", "scene_without")}
@@ -51,8 +47,9 @@ def elements_table(dataset: xr.Dataset) -> str:
         ]
         saved = [f"{float(row[key]):.1%}" for key in ("saved_share", "saved_per_evaluation")]
         off = str(row["switched_off"].values)
-        lines.append(table_row([str(name), *words.values(), *figures, *saved, off]))
-    return "\n".join(lines) + "\n"
+        rows.append([str(name), *words.values(), *figures, *saved, off])
+    measured = f"{count} particles at fidelity {fidelity}, over {duration:g} time units:"
+    return f"{measured}\n\n{markdown_table(COLUMNS, rows, alignment)}\n"
 
 
 def _short(figure: xr.DataArray) -> str:

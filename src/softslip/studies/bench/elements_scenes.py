@@ -6,7 +6,7 @@ from typing import Any
 import xarray as xr
 
 from softslip.config.parameters import Parameters
-from softslip.simulation import assembly, hydrodynamics
+from softslip.simulation import assembly
 from softslip.simulation.expansion import expand
 from softslip.simulation.packing import pack
 from softslip.studies import scenes
@@ -92,7 +92,7 @@ class Scenes:
         given = self._parameters(
             wall={"roughness": ROUGHNESS}, time_stepping={"ageing_time": self._ageing}
         )
-        return self._taken_up(hydrodynamics.age(expand(pack(given), given), given), given)
+        return self._taken_up(scenes.aged_packing(given), given)
 
     def _at_rest(self) -> scenes.Scene:
         aged = scenes.aged(self._particles, self._fidelity, self._ageing)

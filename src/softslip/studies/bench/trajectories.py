@@ -10,9 +10,7 @@ import numpy as np
 import xarray as xr
 
 from softslip.config.parameters import Parameters
-from softslip.simulation import hydrodynamics, trajectory
-from softslip.simulation.expansion import expand
-from softslip.simulation.packing import pack
+from softslip.simulation import trajectory
 from softslip.solver.geometry import FloatArray
 from softslip.studies import scenes
 from softslip.studies.interval_means import QUANTITIES, IntervalMeans
@@ -155,7 +153,7 @@ def _starts(
         tell(f"ageing {particles} particles of seed {seed} for {ageing:g} time units")
         timing = {"ageing_time": ageing}
         given = parameters_of(particles, fidelity, stress, seed=seed, time_stepping=timing)
-        aged[seed] = hydrodynamics.age(expand(pack(given), given), given)
+        aged[seed] = scenes.aged_packing(given)
     level, mesh = (parameters_of(particles, each, stress) for each in (fidelity, None))
     first, second = (_scene(aged[seed], level) for seed in SEEDS)
     return {

@@ -4,7 +4,7 @@ import re
 
 import xarray as xr
 
-from softslip.messages import table_row
+from softslip.studies.markdown import LEFT, RIGHT, markdown_table
 
 VERDICTS = ("correct", "stopped", "wrong")
 """What becomes of a cell."""
@@ -27,16 +27,15 @@ def verdicts_table(stability: xr.Dataset) -> str:
     """
     verdicts = stability["verdict"].values
     counts = [f"{int((verdicts == each).sum())} {each}" for each in VERDICTS]
-    lines = [f"{len(verdicts)} cells: {', '.join(counts)}.", ""]
-    lines += [table_row(("Axis", "Scheme", "Correct", "Stopped, and how", "Wrong"))]
-    lines += [table_row(["---"] * 5)]
+    head = ("Axis", "Scheme", "Correct", "Stopped, and how", "Wrong")
+    rows = []
     pairs = list(zip(stability["group"].values, stability["scheme"].values, strict=True))
     for group, scheme in dict.fromkeys(pairs):
         part = stability.isel(cell=[pair == (group, scheme) for pair in pairs])
         cells = [_labels(part, each) for each in VERDICTS]
         cells[1] = _stops(part)
-        lines.append(table_row([str(group).replace("_", " "), str(scheme), *cells]))
-    return "\n".join(lines) + "\n"
+        rows.append([str(group).replace("_", " "), str(scheme), *cells])
+    return f"{len(verdicts)} cells: {', '.join(counts)}.\n\n{markdown_table(head, rows)}\n"
 
 
 def _labels(part: xr.Dataset, verdict: str) -> str:
@@ -73,16 +72,17 @@ def limits_table(limits: xr.Dataset) -> str:
         Of `studies.stability.measure_limits`.
     """
     head = ("Solver", "ε/dx", "Δs/dx", "β", "K_w", "Spectral radius", "Δt of `euler`", "Over 2/ρ")
-    lines = [table_row(head), table_row(["---", *["---:"] * (len(head) - 1)])]
+    rows = []
     for number in range(limits.sizes["setting"]):
         one = limits.isel(setting=number)
         keys = ("regularisation", "node_spacing", "roughness", "stiffness")
         limit, theory = float(one["euler_limit"]), float(one["euler_theory"])
         numbers = [*(float(one[key]) for key in keys), float(one["spectral_radius"]), limit]
         cells = [f"{value:.3g}" for value in numbers]
-        lines.append(table_row([f"`{one['mobility'].item()}`", *cells, f"{limit / theory:.3f}"]))
-    lines += ["", table_row(["Stages of `rkc2`", *(str(int(s)) for s in limits["stages"].values)])]
-    lines += [table_row(["---", *["---:"] * limits.sizes["stages"]])]
+        rows.append([f"`{one['mobility'].item()}`", *cells, f"{limit / theory:.3f}"])
+    euler = markdown_table(head, rows, [LEFT] + [RIGHT] * (len(head) - 1))
+    stages = ["Stages of `rkc2`", *(str(int(s)) for s in limits["stages"].values)]
     ratios = (limits["rkc2_limit"] / limits["rkc2_theory"]).values
-    lines += [table_row(["Longest step over theory", *(f"{ratio:.3f}" for ratio in ratios)])]
-    return "\n".join(lines) + "\n"
+    longest = ["Longest step over theory", *(f"{ratio:.3f}" for ratio in ratios)]
+    rkc2 = markdown_table(stages, [longest], [LEFT] + [RIGHT] * len(ratios))
+    return f"{euler}\n\n{rkc2}\n"

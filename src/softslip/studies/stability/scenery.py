@@ -10,9 +10,6 @@ import numpy as np
 import xarray as xr
 
 from softslip.config.parameters import Parameters
-from softslip.simulation import hydrodynamics
-from softslip.simulation.expansion import expand
-from softslip.simulation.packing import pack
 from softslip.solver.films import REFERENCE_MESH_SIZE
 from softslip.solver.geometry import FloatArray
 from softslip.studies import scenes
@@ -106,8 +103,7 @@ def in_scheme(design: MapDesign, start: Tree, scheme: Scheme) -> dict[str, Any]:
 
 @functools.cache
 def _aged(start: str) -> xr.Dataset:
-    parameters = Parameters.from_mapping(json.loads(start))
-    return hydrodynamics.age(expand(pack(parameters), parameters), parameters)
+    return scenes.aged_packing(Parameters.from_mapping(json.loads(start)))
 
 
 def aged(start: Tree) -> xr.Dataset:

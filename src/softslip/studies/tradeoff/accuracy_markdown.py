@@ -1,13 +1,12 @@
 """The trade-off dataset as tables for people."""
 
-from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from softslip.config.fidelity import LEVELS
-from softslip.messages import table_row
+from softslip.studies.markdown import markdown_table
 from softslip.studies.tradeoff.choose import choices, doubts
 
 SYMBOLS = {
@@ -33,12 +32,6 @@ def accuracy_tables(tradeoff: xr.Dataset) -> str:
     if "steady_mean" in tradeoff:
         parts += [_steady(tradeoff), _run_lengths(tradeoff)]
     return "\n\n".join(part for part in parts if part) + "\n"
-
-
-def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a Markdown table."""
-    lines = [header, ["---"] * len(header), *rows]
-    return "\n".join(map(table_row, lines))
 
 
 def percent(value: float) -> str:
@@ -105,7 +98,7 @@ def _levels(tradeoff: xr.Dataset) -> str:
         "Errors against the limit of no regularisation, ε → 0; *numerical* is the part that nodes, "
         "steps and scheme have in it, against the finest member of the same ε. Cost is over that "
         "of `standard`, and in core-seconds per time unit.\n\n"
-        f"{table(header, rows)}\n\n"
+        f"{markdown_table(header, rows)}\n\n"
         f"The limit itself is known to {known}. Trajectories that start a millionth of σ_LJ "
         f"apart differ by {floor} at most."
     )
@@ -135,7 +128,7 @@ def _choices(tradeoff: xr.Dataset) -> str:
     return (
         "### What to choose for a wanted accuracy\n\n"
         "The cheapest settings whose largest error of the three, with the doubt about the limit "
-        "added, is at most what is wanted.\n\n" + table(header, rows)
+        "added, is at most what is wanted.\n\n" + markdown_table(header, rows)
     )
 
 
@@ -172,7 +165,8 @@ def _variants(tradeoff: xr.Dataset) -> str:
         "### One thing at a time\n\n"
         "Rms change from the level that is varied, and error against the limit. *area* is the "
         "largest relative change of a particle's area. In `single` the far mesh, its transform and "
-        "the near sum have 24 bits; positions and window weights keep 53.\n\n" + table(header, rows)
+        "the near sum have 24 bits; positions and window weights keep 53.\n\n"
+        + markdown_table(header, rows)
     )
 
 
@@ -200,7 +194,7 @@ def _limits(tradeoff: xr.Dataset) -> str:
         "Means over the records that all members have, extrapolated to ε → 0, and how far the "
         "finest member of each ε and the meshes are from that, relative to the largest value at "
         f"the same stress. The paper's mesh of 1/8192 has ε = {paper:.2g} dx. *linear to*: rms "
-        "distance of the members from a straight line in ε.\n\n" + table(header, rows)
+        "distance of the members from a straight line in ε.\n\n" + markdown_table(header, rows)
     )
 
 
@@ -256,7 +250,7 @@ def _steady(tradeoff: xr.Dataset) -> str:
         "Means over the packings with statistical errors, a straight line through them to ε → 0 "
         "(χ² per degree of freedom), and the standard deviation between packings. An asterisk "
         "marks averages of which some run was not steady: their error spans its drift.\n\n"
-        + table(header, rows)
+        + markdown_table(header, rows)
     )
 
 
@@ -298,5 +292,5 @@ def _run_lengths(tradeoff: xr.Dataset) -> str:
     return (
         "### Shorter runs\n\n"
         "Standard deviation of an average over a shorter time (in time units), relative to the "
-        "mean.\n\n" + table(["quantity", "β", "σ", *lengths], rows)
+        "mean.\n\n" + markdown_table(["quantity", "β", "σ", *lengths], rows)
     )

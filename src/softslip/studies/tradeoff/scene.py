@@ -10,9 +10,6 @@ import numpy as np
 import xarray as xr
 
 from softslip.config.parameters import Parameters
-from softslip.simulation import hydrodynamics
-from softslip.simulation.expansion import expand
-from softslip.simulation.packing import pack
 from softslip.simulation.record import described
 from softslip.solver.geometry import FloatArray
 from softslip.studies import scenes
@@ -65,13 +62,12 @@ def aged_packing(
     seed: int | None = None,
     ageing: float | None = None,
 ) -> xr.Dataset:
-    """Return an aged packing of the design with a member's settings, see `hydrodynamics.age`."""
+    """Return an aged packing of the design with a member's settings, see `scenes.aged_packing`."""
     # What is imposed has no effect on ageing.
     given = parameters_of(member, design, design.stresses[0], roughness, seed=seed)
     tree = given.model_dump()
     tree["time_stepping"]["ageing_time"] = design.ageing if ageing is None else ageing
-    timed = Parameters.from_mapping(tree)
-    return hydrodynamics.age(expand(pack(timed), timed), timed)
+    return scenes.aged_packing(Parameters.from_mapping(tree))
 
 
 def scene_of(dataset: xr.Dataset, stress: float, roughness: float) -> xr.Dataset:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from softslip.messages import table_row
+from softslip.studies.markdown import LEFT, RIGHT, markdown_table
 
 LEVELS = ("literal", "preview", "standard", "paper", "converged")
 """Columns of the table, in this order."""
@@ -20,16 +20,15 @@ def errors_table(datasets: Sequence[xr.Dataset]) -> str:
         Of `studies.validation.sweeps.sweep`, with the name of the sweep as ``run``.
     """
     head = ("Case", "Over", "Error of", *(f"`{level}`" for level in LEVELS), "Limit")
-    lines = [table_row(head), table_row(["---", "---", "---", *["---:"] * (len(LEVELS) + 1)])]
+    alignment = [LEFT] * 3 + [RIGHT] * (len(LEVELS) + 1)
+    rows = []
     for dataset in datasets:
         for name in _errors(dataset):
             cells = [_cell(dataset, name, level) for level in LEVELS]
             limit = float(dataset[f"{name}_tolerance"].max())
             quantity = dataset[f"{name}_error"].attrs["long_name"].removeprefix("error of: ")
-            lines.append(
-                table_row([dataset.attrs["run"], _over(dataset), quantity, *cells, f"{limit:.2g}"])
-            )
-    return "\n".join(lines) + "\n"
+            rows.append([dataset.attrs["run"], _over(dataset), quantity, *cells, f"{limit:.2g}"])
+    return markdown_table(head, rows, alignment) + "\n"
 
 
 def _errors(dataset: xr.Dataset) -> list[str]:
