@@ -348,7 +348,7 @@ def test_a_run_of_euler_steps_begins_only_below_its_limit(foam, ratio):
     given = scenes.parameters(**stiff, time_stepping={"step": 1e-4})
     suspension, state = scenes.of_foam(foam, given)
     done = trajectory.advance(suspension, state, np.array([1e-4]), given, nothing, nothing)
-    step = ratio * 2 / done.state.spectral_radius
+    step = ratio * 2 / done.state.memory.spectral_radius
     given = scenes.parameters(**stiff, time_stepping={"step": step})
     suspension, state = scenes.of_foam(foam, given)
     if ratio < 1:

@@ -80,7 +80,7 @@ def march(integrate, rate, vector, end, step, tolerance=ANY, scale=1.0, largest=
 
 def knowing(step, radius, size=1):
     """Memory with a fresh estimate, so that the number of stages is the test's choice."""
-    return Memory(step=step, radius=radius, age=0, direction=np.ones(size))
+    return Memory(step_size=step, spectral_radius=radius, radius_age=0, direction=np.ones(size))
 
 
 def radius_for(stages, step=1.0):
@@ -361,23 +361,25 @@ def test_the_power_iteration_finds_the_radius_within_its_safety(matrix, seed):
         lambda vector, time: jacobian @ vector + 0.1 * np.sin(vector), rng.standard_normal(80)
     )
     exact = np.abs(np.linalg.eigvals(jacobian)).max()
-    assert 1 / 1.2 < memory.radius / exact < 1.2, f"{memory.radius / exact:.3f} of the radius"
+    assert 1 / 1.2 < memory.spectral_radius / exact < 1.2, (
+        f"{memory.spectral_radius / exact:.3f} of the radius"
+    )
     assert evaluations < 25
-    assert memory.age == 1
+    assert memory.radius_age == 1
 
 
 def test_a_smooth_point_hides_no_stiff_mode():
     x = np.arange(1, 201) / 201
     memory, _ = estimated(laplacian, np.sin(np.pi * x))
     exact = 4 * 201**2
-    assert 1 / 1.2 < memory.radius / exact < 1.2
+    assert 1 / 1.2 < memory.spectral_radius / exact < 1.2
 
 
 def test_a_spot_that_became_stiff_is_found_though_the_remembered_direction_misses_it():
     stiffness = np.array([10.0, 1.0, 40.0])
     old = Memory(1e-9, 10.0, scheme.RADIUS_AGE, np.array([1.0, 0.0, 0.0]))
     memory, _ = estimated(lambda vector, time: -stiffness * vector, np.ones(3), old)
-    assert memory.radius == pytest.approx(40.0, rel=0.02)
+    assert memory.spectral_radius == pytest.approx(40.0, rel=0.02)
 
 
 def test_the_radius_is_kept_for_some_steps_and_then_costs_little():
@@ -396,20 +398,20 @@ def test_complex_eigenvalues_leave_room_above_the_radius():
     turn = np.array([[0.0, -100.0], [1.0, 0.0]])  # eigenvalues ±10i, and the norm never settles
     memory, evaluations = estimated(lambda vector, time: turn @ vector, np.array([1.0, 0.3]))
     assert evaluations == spectral.MOST_ITERATIONS
-    assert memory.radius >= 10.0
+    assert memory.spectral_radius >= 10.0
 
 
 @pytest.mark.parametrize("scale", [1.0, math.inf])
 def test_a_system_at_rest_takes_two_stages(scale):
     step = march(rkc2, lambda y, t: np.zeros_like(y), np.ones(5), 1.0, 1.0, 1e-9, scale)[0]
     assert step.stages == 2
-    assert step.memory.radius == 0.0
+    assert step.memory.spectral_radius == 0.0
     assert step.vector.tolist() == [1.0] * 5
 
 
 def test_an_unstable_rest_is_seen_without_any_rate_to_go_by():
     memory, _ = estimated(lambda vector, time: -70.0 * vector, np.zeros(3))
-    assert memory.radius == pytest.approx(70.0)
+    assert memory.spectral_radius == pytest.approx(70.0)
 
 
 def test_a_step_too_stiff_for_the_most_stages_is_shortened():
@@ -460,7 +462,7 @@ def test_a_trial_without_a_rate_is_rejected_and_the_run_gets_the_right_answer(re
         vector, time, memory = step.vector, step.time, step.memory
         rejections.append(step.rejections)
     assert rejections[0] > 0
-    assert memory.radius == pytest.approx(100.0, rel=0.01)
+    assert memory.spectral_radius == pytest.approx(100.0, rel=0.01)
     # Off the slow solution the stiff mode forgets: the error of a step lives for 1/100 only.
     assert abs(vector[0] - np.cos(2.0)) < 1e-5
 
@@ -479,7 +481,7 @@ def test_an_unstable_trial_is_seen_by_its_error_and_leads_to_more_stages():
         math.inf,
     )
     assert step.rejections > 0
-    assert step.memory.radius == pytest.approx(1e4, rel=0.1)
+    assert step.memory.spectral_radius == pytest.approx(1e4, rel=0.1)
     assert np.abs(step.vector).max() <= 1e-3
 
 
@@ -497,7 +499,7 @@ def test_a_stiff_spot_that_only_the_failed_trial_shows_is_found():
         math.inf,
     )
     assert step.rejections > 0
-    assert step.memory.radius == pytest.approx(1000.0, rel=0.02)
+    assert step.memory.spectral_radius == pytest.approx(1000.0, rel=0.02)
 
 
 def test_a_step_does_not_grow_right_after_a_rejection():
@@ -515,7 +517,7 @@ def test_a_step_does_not_grow_right_after_a_rejection():
         math.inf,
     )
     assert step.rejections == 1
-    assert step.time == step.memory.step == 0.025
+    assert step.time == step.memory.step_size == 0.025
 
 
 NOWHERE = {
@@ -616,22 +618,22 @@ def wish_after(wish, until=math.inf, largest=math.inf):
 def test_a_step_cut_short_does_not_lower_the_wish(limit):
     step = wish_after(0.2, **limit)
     assert step.time == pytest.approx(min(limit.values()))
-    assert step.memory.step == 0.2
+    assert step.memory.step_size == 0.2
 
 
 def test_a_step_cut_short_lowers_the_wish_where_its_own_error_forbids_it():
     step = wish_after(10.0, until=0.2)
     assert 0.5 < step.error <= 1
-    assert step.memory.step == pytest.approx(0.2 * 0.8 * step.error ** (-1 / 3))
+    assert step.memory.step_size == pytest.approx(0.2 * 0.8 * step.error ** (-1 / 3))
 
 
 def test_the_wish_meets_the_tolerance_and_grows_five_times_at_most():
-    assert wish_after(1e-3).memory.step == pytest.approx(5e-3)
-    assert wish_after(1e-3, largest=5e-4).memory.step == pytest.approx(2.5e-3)
+    assert wish_after(1e-3).memory.step_size == pytest.approx(5e-3)
+    assert wish_after(1e-3, largest=5e-4).memory.step_size == pytest.approx(2.5e-3)
     step = wish_after(0.2)
-    assert step.memory.step == pytest.approx(0.2 * 0.8 * step.error ** (-1 / 3))
+    assert step.memory.step_size == pytest.approx(0.2 * 0.8 * step.error ** (-1 / 3))
     # The next step has 0.8³ = 0.51 of the tolerance, up to the next order.
-    assert wish_after(step.memory.step).error == pytest.approx(0.51, rel=0.2)
+    assert wish_after(step.memory.step_size).error == pytest.approx(0.51, rel=0.2)
 
 
 @pytest.mark.parametrize("name", INTEGRATORS)
@@ -692,7 +694,7 @@ def settings(name, rejected=False):
         return np.cos(time) - stiffness * vector**3
 
     vector = np.linspace(0.5, 2.0, 7)
-    memory = replace(Memory.start(0.3), step=30.0 if rejected else 2e-4)
+    memory = replace(Memory.start(0.3), step_size=30.0 if rejected else 2e-4)
     return rate, vector, 0.25, rate(vector, 0.25), memory, Accuracy(1e-2, np.ones(7)), 50.0, 40.0
 
 
@@ -741,11 +743,16 @@ def test_a_run_goes_on_bit_for_bit_from_what_is_remembered(name):
         after = whole[cut + 1]
         assert again.vector.tobytes() == after.vector.tobytes()
         assert again.memory.direction.tobytes() == after.memory.direction.tobytes()
-        assert (again.time, again.memory.step, again.memory.radius, again.memory.age) == (
+        assert (
+            again.time,
+            again.memory.step_size,
+            again.memory.spectral_radius,
+            again.memory.radius_age,
+        ) == (
             after.time,
-            after.memory.step,
-            after.memory.radius,
-            after.memory.age,
+            after.memory.step_size,
+            after.memory.spectral_radius,
+            after.memory.radius_age,
         )
 
 
@@ -766,8 +773,8 @@ def test_euler_adds_the_known_rate_and_evaluates_once():
     assert step.rate.tolist() == [26.5, 1.5]
     assert len(watched.calls) == 1
     assert (step.error, step.stages, step.evaluations, step.rejections) == (0.0, 1, 1, 0)
-    assert step.memory.step == 0.5
-    assert step.memory.age == 1
+    assert step.memory.step_size == 0.5
+    assert step.memory.radius_age == 1
 
 
 STIFFNESSES = np.array([1.0, 3.0, 7.0, 40.0])
@@ -785,7 +792,7 @@ def euler_step(step, memory=None, rate=lambda vector, time: -STIFFNESSES * vecto
 def test_euler_refuses_just_the_steps_that_are_not_stable(ratio):
     limit = 2 / STIFFNESSES.max()
     if ratio < 1:
-        assert euler_step(ratio * limit).memory.radius == pytest.approx(40.0, rel=0.01)
+        assert euler_step(ratio * limit).memory.spectral_radius == pytest.approx(40.0, rel=0.01)
         return
     with pytest.raises(NumericalError, match=r"state\[3\].*time_stepping.step") as caught:
         euler_step(ratio * limit)
@@ -799,9 +806,9 @@ def test_euler_refuses_just_the_steps_that_are_not_stable(ratio):
 
 def test_euler_looks_again_after_some_steps():
     """A mode that became stiff since the last look is found at the next one, and not before."""
-    known = Memory(step=0.06, radius=1.0, age=0, direction=np.ones(4))
+    known = Memory(step_size=0.06, spectral_radius=1.0, radius_age=0, direction=np.ones(4))
     for age in (0, explicit.RADIUS_AGE - 1):
-        assert euler_step(0.06, replace(known, age=age)).memory.age == age + 1
+        assert euler_step(0.06, replace(known, radius_age=age)).memory.radius_age == age + 1
     with pytest.raises(NumericalError, match="longer than the stable"):
         euler_step(0.06, replace(known, age=explicit.RADIUS_AGE))
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import scenes
 
+from softslip.solver.integrators import Memory
 from softslip.solver.state import State
 
 
@@ -55,15 +56,16 @@ def test_replacing_changes_the_numbers_and_keeps_the_shape(state):
 
 def test_replacing_keeps_what_the_stepper_remembers(state):
     direction = np.arange(3.0)
-    told = replace(state, step_size=0.3, spectral_radius=40.0, radius_age=6, direction=direction)
-    other = told.replace(told.vector + 1, 2.5, 7)
+    told = replace(state, memory=Memory(0.3, 40.0, 6, direction))
+    other = told.replace(told.vector + 1, 2.5, 7).memory
     assert (other.step_size, other.spectral_radius, other.radius_age) == (0.3, 40.0, 6)
     assert other.direction is direction
 
 
 def test_a_state_at_rest_remembers_no_steps(state):
-    assert (state.step_size, state.spectral_radius, state.radius_age) == (0.0, 0.0, 0)
-    assert state.direction.shape == (0,)
+    memory = state.memory
+    assert (memory.step_size, memory.spectral_radius, memory.radius_age) == (0.0, 0.0, 0)
+    assert memory.direction.shape == (0,)
 
 
 def test_a_state_is_frozen(state):

@@ -23,7 +23,7 @@ import numpy as np
 from softslip.errors import CheckpointError
 from softslip.files.storage import replacing
 from softslip.simulation.arrays import Arrays
-from softslip.solver.state import State
+from softslip.solver.state import PARTS, State
 
 SUFFIX = ".checkpoint"
 
@@ -331,27 +331,8 @@ def _read(path: Path) -> tuple[Header, Arrays]:
     return header, arrays
 
 
-_STATE = {
-    "vector": np.float64,
-    "particle_nodes": np.int64,
-    "wall_nodes": np.int64,
-    "time": np.float64,
-    "step": np.int64,
-    "step_size": np.float64,
-    "spectral_radius": np.float64,
-    "radius_age": np.int64,
-    "direction": np.float64,
-}
-"""The fields of `State` and how they are stored."""
-
-
-def state_arrays(state: State) -> Arrays:
-    """Return all of a state, as arrays by name."""
-    return {name: np.asarray(getattr(state, name), dtype) for name, dtype in _STATE.items()}
-
-
 def state_from(arrays: Arrays, like: State) -> State:
-    """Return the state that `state_arrays` made arrays of.
+    """Return the state that has given `State.parts`.
 
     Parameters
     ----------
@@ -365,7 +346,7 @@ def state_from(arrays: Arrays, like: State) -> State:
     CheckpointError
         Naming what is missing, has another type or shape, or lies out of range.
     """
-    for name, dtype in _STATE.items():
+    for name, dtype in PARTS.items():
         if name not in arrays:
             raise CheckpointError(f"state: {name} is missing")
         if arrays[name].dtype != dtype:
@@ -380,19 +361,11 @@ def state_from(arrays: Arrays, like: State) -> State:
             f"state: vector has shape {vector.shape}, direction {direction.shape}, "
             f"but this run has {like.vector.shape}"
         )
-    for name in ("vector", "direction"):
-        if not np.isfinite(arrays[name]).all():
-            raise CheckpointError(f"state: {name} is not finite")
-    numbers: dict[str, Any] = {}
-    for name in ("time", "step_size", "spectral_radius", "step", "radius_age"):
-        value = arrays[name]
-        if value.shape or not (math.isfinite(value) and value >= 0):
-            raise CheckpointError(f"state: {name} is {value}, not a number from 0 on")
-        numbers[name] = value.item()
-    return State(
-        vector=vector,
-        direction=direction,
-        particle_nodes=like.particle_nodes,
-        wall_nodes=like.wall_nodes,
-        **numbers,
-    )
+    for name in PARTS:
+        part = arrays[name]
+        if name in ("vector", "direction"):
+            if not np.isfinite(part).all():
+                raise CheckpointError(f"state: {name} is not finite")
+        elif part.shape or not (math.isfinite(part) and part >= 0):
+            raise CheckpointError(f"state: {name} is {part}, not a number from 0 on")
+    return State.of_parts({name: arrays[name] for name in PARTS})

@@ -7,7 +7,7 @@ from typing import Protocol
 
 from softslip.errors import CheckpointError, Interrupted
 from softslip.simulation.arrays import Arrays, below, under
-from softslip.simulation.checkpoint import Checkpoints, state_arrays, state_from
+from softslip.simulation.checkpoint import Checkpoints, state_from
 from softslip.simulation.interruption import Interruption
 from softslip.simulation.trajectory import Effort
 from softslip.solver.state import State
@@ -104,7 +104,7 @@ class Keeper:
         now = time.monotonic()
         if not self._interruption.name and now - self._last < self._interval:
             return
-        arrays = under("state", state_arrays(state)) | under("effort", asdict(effort))
+        arrays = under("state", state.parts) | under("effort", asdict(effort))
         for name, other in others.items():
             arrays |= under(name, other.memory())
         self._checkpoints.save(arrays, state, end)

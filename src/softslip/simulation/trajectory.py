@@ -11,7 +11,7 @@ from softslip.simulation.assembly import regularisation_of
 from softslip.solver import health
 from softslip.solver.crossing import check_crossing
 from softslip.solver.geometry import FloatArray, Layout
-from softslip.solver.integrators import INTEGRATORS, Accuracy, Memory, Vector
+from softslip.solver.integrators import INTEGRATORS, Accuracy, Vector
 from softslip.solver.membrane import wrap_particles
 from softslip.solver.state import State
 from softslip.solver.suspension import Evaluation, Suspension
@@ -128,8 +128,8 @@ def advance(
     integrate = INTEGRATORS[stepping.integrator]
     longest_step = _LONGEST_STEP[stepping.integrator]
     accuracy = Accuracy(stepping.tolerance, suspension.error_scale(state))
-    if not state.step_size:
-        state = replace(state, step_size=stepping.step)
+    if not state.memory.step_size:
+        state = replace(state, memory=replace(state.memory, step_size=stepping.step))
     latest = suspension.evaluate(state)
     # Evaluating a state that was kept repeats the last evaluation before.
     effort = past or Effort()
@@ -165,7 +165,7 @@ def advance(
                 state.vector,
                 state.time,
                 latest.rate,
-                _memory(state),
+                state.memory,
                 accuracy,
                 until,
                 longest,
@@ -177,19 +177,10 @@ def advance(
             raise health.named(error, state) from error
         rejections += step.rejections
         refused.add(step.rejections, state.step)
-        memory = step.memory
         state = replace(
-            state.replace(step.vector, step.time, state.step + 1),
-            step_size=memory.step,
-            spectral_radius=memory.radius,
-            radius_age=memory.age,
-            direction=memory.direction,
+            state, vector=step.vector, time=step.time, step=state.step + 1, memory=step.memory
         )
         wrap_particles(state.node_position, suspension.layout.offsets, parameters.channel.length)
-
-
-def _memory(state: State) -> Memory:
-    return Memory(state.step_size, state.spectral_radius, state.radius_age, state.direction)
 
 
 def _guard(state: State, evaluation: Evaluation, layout: Layout, parameters: Parameters) -> None:

@@ -209,11 +209,11 @@ def check_finite(state: State) -> None:
         field, index = located(state, int(np.argmin(finite)))
         raise NumericalError(field, index, state.step, f"is not finite; {_SHORTER}")
     # A stepper may look at these many steps later, or compare with them, which hides a NaN.
-    for field in ("direction", "time", "step_size", "spectral_radius"):
-        finite = np.isfinite(np.atleast_1d(getattr(state, field)))
+    for field, part in state.parts.items():
+        finite = np.isfinite(np.atleast_1d(part))
         if not finite.all():
             raise NumericalError(
-                field, int(np.argmin(finite)), state.step, "is not finite; go on from a checkpoint"
+                field, int(np.argmin(finite)), state.step, "is not finite; resume from a checkpoint"
             )
 
 

@@ -1,11 +1,13 @@
 """The state of a run: all that is needed to go on, and nothing else."""
 
-from dataclasses import dataclass, field, replace
-from typing import Self
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, Self
 
 import numpy as np
 
 from softslip.solver.geometry import FloatArray, Layout
+from softslip.solver.integrators import Memory
 
 
 @dataclass(frozen=True)
@@ -22,11 +24,8 @@ class State:
         Time since the stage began [time unit].
     step
         Steps since the stage began.
-    step_size
-        Length that the next step would like [time unit]; 0 before the first step.
-    spectral_radius, radius_age, direction
-        What a stabilised stepper remembers: its estimate of the fastest decay rate
-        [1 / time unit], the steps since it was made, and the direction of that decay.
+    memory
+        What the stepper remembers.
     """
 
     vector: FloatArray
@@ -34,10 +33,7 @@ class State:
     wall_nodes: int
     time: float = 0.0
     step: int = 0
-    step_size: float = 0.0
-    spectral_radius: float = 0.0
-    radius_age: int = 0
-    direction: FloatArray = field(default_factory=lambda: np.empty(0))
+    memory: Memory = field(default_factory=lambda: Memory.start(0.0))
 
     @classmethod
     def at_rest(cls, node_position: FloatArray, layout: Layout) -> "State":
@@ -53,6 +49,21 @@ class State:
     def like(self, vector: FloatArray) -> "State":
         """Return a view of any vector of the same shape, such as a rate."""
         return State(vector, self.particle_nodes, self.wall_nodes, self.time, self.step)
+
+    @property
+    def parts(self) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
+        """All of the state and of the stepper's memory, as `PARTS` declares it."""
+        values = vars(self) | vars(self.memory)
+        return {name: np.asarray(values[name], dtype) for name, dtype in PARTS.items()}
+
+    @classmethod
+    def of_parts(cls, parts: Mapping[str, np.ndarray[Any, np.dtype[Any]]]) -> Self:
+        """Return the state that has these `parts`."""
+        values: dict[str, Any] = {
+            name: part if part.ndim else part.item() for name, part in parts.items()
+        }
+        memory = Memory(**{each.name: values.pop(each.name) for each in fields(Memory)})
+        return cls(**values, memory=memory)
 
     @property
     def node_position(self) -> FloatArray:
@@ -74,3 +85,11 @@ class State:
     def wall_speed(self) -> FloatArray:
         """Wall speeds that the printed control integrates (Eq. 26), shape (2,); else zero."""
         return self.vector[-2:]
+
+
+PARTS = {
+    each.name: np.dtype(np.int64 if each.type is int else np.float64)
+    for each in (*fields(State), *fields(Memory))
+    if each.type is not Memory
+}
+"""Numbers and arrays of a `State` and of its stepper's memory, with their types."""

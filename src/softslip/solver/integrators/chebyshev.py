@@ -16,9 +16,9 @@ from softslip.solver.integrators.spectral import with_radius
 from softslip.solver.integrators.stepping import (
     Accuracy,
     Memory,
-    Origin,
     Rate,
     Step,
+    StepStart,
     Vector,
     compiled,
     landing,
@@ -73,14 +73,14 @@ def rkc2(
         were rejected, or if the step became too short to advance the time.
     """
     counted = _Counted(rate)
-    origin = Origin(vector, time, first_rate)
-    wish, fresh = memory.step, False
-    if memory.direction.size == 0 or memory.age >= RADIUS_AGE:
+    origin = StepStart(vector, time, first_rate)
+    wish, fresh = memory.step_size, False
+    if memory.direction.size == 0 or memory.radius_age >= RADIUS_AGE:
         memory, fresh = with_radius(counted, origin, memory, accuracy.scale), True
     for rejections in range(MOST_REJECTIONS):
-        dt, end = landing(time, until, min(wish, largest, _longest_stable(memory.radius)))
+        dt, end = landing(time, until, min(wish, largest, _longest_stable(memory.spectral_radius)))
         _check_advances(time, end, dt)
-        stages = _stages(dt * memory.radius)
+        stages = _stages(dt * memory.spectral_radius)
         trial = _attempt(counted, origin, dt, end, stages, accuracy)
         if trial.error <= 1.0:
             wanted = _next_wish(dt, wish, trial.error)
@@ -89,7 +89,7 @@ def rkc2(
                 vector=trial.vector,
                 time=end,
                 rate=trial.rate,
-                memory=replace(memory, step=step).older(),
+                memory=replace(memory, step_size=step).older(),
                 error=trial.error,
                 stages=stages,
                 evaluations=counted.evaluations,
@@ -300,13 +300,13 @@ def fixed_step(rate: Rate, vector: Vector, time: float, dt: float, stages: int) 
     NumericalError
         If the rate does.
     """
-    origin = Origin(vector, time, rate(vector, time))
+    origin = StepStart(vector, time, rate(vector, time))
     anything = Accuracy(math.inf, np.ones_like(vector))
     return _chebyshev(rate, origin, dt, time + dt, stages, anything).vector
 
 
 def _attempt(
-    rate: Rate, origin: Origin, dt: float, end: float, stages: int, accuracy: Accuracy
+    rate: Rate, origin: StepStart, dt: float, end: float, stages: int, accuracy: Accuracy
 ) -> _Trial:
     """Try a step; the last call of ``rate`` is at its end."""
     try:
@@ -316,7 +316,7 @@ def _attempt(
 
 
 def _chebyshev(
-    rate: Rate, origin: Origin, dt: float, end: float, stages: int, accuracy: Accuracy
+    rate: Rate, origin: StepStart, dt: float, end: float, stages: int, accuracy: Accuracy
 ) -> _Trial:
     """Go through the stages; stop at one that is not finite before the rate sees it."""
     y0, f0 = origin.vector, origin.rate

@@ -7,9 +7,9 @@ from softslip.solver.integrators.spectral import with_radius
 from softslip.solver.integrators.stepping import (
     Accuracy,
     Memory,
-    Origin,
     Rate,
     Step,
+    StepStart,
     Vector,
     landing,
 )
@@ -40,9 +40,10 @@ def euler(
 ) -> Step:
     """Explicit Euler, first order: y + Δt rate(y, t) (Eq. 17), as `Integrator` describes.
 
-    The step is ``memory.step``, whatever ``accuracy`` and ``largest`` say, and what is not finite
-    is left for the caller to see. A step longer than 2/ρ makes the stiffest modes flip and grow;
-    forces that stiffen can hold them at a finite size, where the numbers look sound and are not.
+    The step is ``memory.step_size``, whatever ``accuracy`` and ``largest`` say, and what is not
+    finite is left for the caller to see. A step longer than 2/ρ makes the stiffest modes flip and
+    grow; forces that stiffen can hold them at a finite size, where the numbers look sound and are
+    not.
     So ρ is estimated every `RADIUS_AGE` steps, at first from scratch, and the step compared.
 
     Raises
@@ -57,9 +58,10 @@ def euler(
         evaluations += 1
         return rate(point, moment)
 
-    dt, end = landing(time, until, memory.step)
-    if (memory.direction.size == 0 or memory.age >= RADIUS_AGE) and np.isfinite(first_rate).all():
-        origin = Origin(vector, time, first_rate)
+    dt, end = landing(time, until, memory.step_size)
+    old = memory.direction.size == 0 or memory.radius_age >= RADIUS_AGE
+    if old and np.isfinite(first_rate).all():
+        origin = StepStart(vector, time, first_rate)
         memory = with_radius(counted, origin, memory, accuracy.scale, unconverged_safety=1.0)
         _check_stable(dt, memory, accuracy)
     advanced = vector + dt * first_rate
@@ -76,9 +78,9 @@ def euler(
 
 
 def _check_stable(dt: float, memory: Memory, accuracy: Accuracy) -> None:
-    if RADIUS_SAFETY * dt * memory.radius <= REACH:
+    if RADIUS_SAFETY * dt * memory.spectral_radius <= REACH:
         return
-    limit = REACH / (RADIUS_SAFETY * memory.radius)
+    limit = REACH / (RADIUS_SAFETY * memory.spectral_radius)
     raise NumericalError(
         "state",
         int(np.argmax(np.abs(memory.direction) / accuracy.scale)),

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from softslip.errors import NumericalError
-from softslip.solver.integrators.stepping import Memory, Origin, Rate, Vector, compiled
+from softslip.solver.integrators.stepping import Memory, Rate, StepStart, Vector, compiled
 
 RADIUS_CHANGE = 0.01
 """Relative change between two power iterations at which the estimate is taken as converged.
@@ -46,7 +46,7 @@ def _norm(vector: Vector, scale: Vector) -> float:
 
 def with_radius(
     rate: Rate,
-    origin: Origin,
+    origin: StepStart,
     memory: Memory,
     scale: Vector,
     unconverged_safety: float = UNCONVERGED_SAFETY,
@@ -68,10 +68,10 @@ def with_radius(
         radius, direction = _spectral_radius(rate, origin, start, scale, unconverged_safety)
     except NumericalError as cause:
         raise no_rate(origin.time) from cause
-    return replace(memory, radius=radius, age=0, direction=direction)
+    return replace(memory, spectral_radius=radius, radius_age=0, direction=direction)
 
 
-def _start(origin: Origin, memory: Memory, scale: Vector) -> Vector:
+def _start(origin: StepStart, memory: Memory, scale: Vector) -> Vector:
     """Direction in which a power iteration starts.
 
     What is remembered, mixed with the first rate: a spot that has become stiff since the last
@@ -96,7 +96,7 @@ def _rough(scale: Vector) -> Vector:
 
 
 def _spectral_radius(
-    rate: Rate, origin: Origin, start: Vector, scale: Vector, unconverged_safety: float
+    rate: Rate, origin: StepStart, start: Vector, scale: Vector, unconverged_safety: float
 ) -> tuple[float, Vector]:
     """Estimate the spectral radius of the Jacobian by a nonlinear power iteration.
 

@@ -27,30 +27,30 @@ class Memory:
 
     Parameters
     ----------
-    step
-        Δt that the next step would like.
-    radius
+    step_size
+        Δt that the next step would like; 0 before the first step.
+    spectral_radius
         Estimated spectral radius of the Jacobian of the rate [1/time]; 0 before the first estimate.
-    age
+    radius_age
         Accepted steps since that estimate.
     direction
         Vector along which the rate changes fastest: where the next power iteration starts. Of size
         0 before the first estimate.
     """
 
-    step: float
-    radius: float
-    age: int
+    step_size: float
+    spectral_radius: float
+    radius_age: int
     direction: Vector
 
     @classmethod
     def start(cls, step: float) -> "Memory":
         """Return the memory of a run that has not begun and would like ``step`` first."""
-        return cls(step=step, radius=0.0, age=0, direction=np.empty(0))
+        return cls(step_size=step, spectral_radius=0.0, radius_age=0, direction=np.empty(0))
 
     def older(self) -> "Memory":
         """Return the same memory after one more accepted step."""
-        return replace(self, age=self.age + 1)
+        return replace(self, radius_age=self.radius_age + 1)
 
 
 @dataclass(frozen=True)
@@ -146,7 +146,7 @@ class Integrator(Protocol):
 
 
 @dataclass(frozen=True)
-class Origin:
+class StepStart:
     """Where a step starts."""
 
     vector: Vector
