@@ -49,7 +49,7 @@ def test_killed_at_each_boundary(
         counts["killed"] += 1
         chain.check_folder(folder, stage, deaths=1)
         again = chain.finish(folder, stage, *words)
-        counts["gone on"] += "going on from" in again.said
+        counts["gone on"] += "resuming from" in again.said
         assert len(list(folder.rglob("*.part"))) <= 1
     if stage in KEPT:
         assert counts["gone on"] > 0, "no death left a checkpoint"

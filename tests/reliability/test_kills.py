@@ -36,7 +36,7 @@ class Steps:
         told = [(float(moment), int(step)) for moment, step in map(str.split, lines)]
         self.path.unlink(missing_ok=True)
         if told and self.latest:
-            self.check(told[0][1], "going on from" in said)
+            self.check(told[0][1], "resuming from" in said)
         # A child that died before its first step has lost nothing that was there before.
         self.latest = told or self.latest
 
@@ -67,7 +67,7 @@ def test_killed_at_random(chain: Chain, tmp_path: Path, tally, stage: str, kills
         # On a busy machine all takes longer: four deaths to one end, in the long run.
         reach *= 1.1 if outcome.killed else 0.7
         steps.look(outcome.said)
-        counts["gone on"] += "going on from" in outcome.said
+        counts["gone on"] += "resuming from" in outcome.said
         if outcome.killed:
             counts["killed"] += 1
             since += 1

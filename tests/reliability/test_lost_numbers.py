@@ -296,5 +296,5 @@ def test_what_was_kept_is_sound(
         box["left"] = -1
     assert health.check_finite(scene[1]) is None
     assert hydrodynamics.shear(aged, given, keeper=keeper()).identical(whole)
-    assert "going on from" in said[0]
+    assert "resuming from" in said[0]
     tally("checkpoints of runs that lost numbers")["gone on"] += 1

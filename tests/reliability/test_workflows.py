@@ -215,7 +215,7 @@ def test_killed_alone_the_work_of_its_orphan_is_not_lost(at_work, tally, turn: i
     assert flow.chain.output(flow.results, "shear").exists()
     steps = read_header(next((flow.results / "shear").rglob(f"*{SUFFIX}"))).step
     assert flow.finish() == expected
-    assert "going on from" in flow.log("shear"), "the work of the orphan is lost"
+    assert "resuming from" in flow.log("shear"), "the work of the orphan is lost"
     counts["steps kept"] += steps
     counts["finished"] += 1
 

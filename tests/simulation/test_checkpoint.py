@@ -123,7 +123,7 @@ def test_when_nothing_sound_is_left_it_is_said(tmp_path):
     assert again.load() is None
     assert len(said) == 2
     required, _ = said_by(tmp_path, required=True)
-    with pytest.raises(CheckpointError, match="leave out --resume"):
+    with pytest.raises(CheckpointError, match="run without --resume"):
         required.load()
 
 
@@ -159,7 +159,7 @@ def test_without_the_newest_the_one_before_counts(tmp_path):
     checkpoints.newest.unlink()
     again, said = said_by(tmp_path)
     assert int(again.load()["step"]) == 0
-    assert "going on from" in said[0]
+    assert "resuming from" in said[0]
 
 
 def test_one_generation_alone_outlives_the_run_whichever_it_is(tmp_path):
@@ -176,7 +176,8 @@ def test_one_of_another_parent_is_passed_over_and_said_so(tmp_path, digit):
     other = dataclasses.replace(IDENTITY, parent=digit * 64)
     again, said = said_by(tmp_path, identity=other)
     assert again.load() is None
-    assert said == [f"{checkpoints.newest.name} began with another parent; the stage begins again"]
+    name = checkpoints.newest.name
+    assert said == [f"{name} continues an earlier result of the stage before; starting again"]
     required, _ = said_by(tmp_path, required=True, identity=other)
     with pytest.raises(CheckpointError, match="parent is 'b"):
         required.load()

@@ -133,7 +133,7 @@ def test_a_memory_of_a_longer_run_is_refused(tmp_path, aged):
 
 def test_without_a_checkpoint_there_is_nothing_to_resume(tmp_path, aged):
     checkpoints = Checkpoints(tmp_path, IDENTITY, lambda _: None, required=True)
-    with pytest.raises(CheckpointError, match="no sound checkpoint is there; leave out --resume"):
+    with pytest.raises(CheckpointError, match="no undamaged checkpoint; run without --resume"):
         hydrodynamics.shear(
             aged, parameters("euler, stress"), keeper=Keeper(checkpoints, Interruption())
         )

@@ -810,7 +810,7 @@ def test_euler_looks_again_after_some_steps():
     for age in (0, explicit.RADIUS_AGE - 1):
         assert euler_step(0.06, replace(known, radius_age=age)).memory.radius_age == age + 1
     with pytest.raises(NumericalError, match="longer than the stable"):
-        euler_step(0.06, replace(known, age=explicit.RADIUS_AGE))
+        euler_step(0.06, replace(known, radius_age=explicit.RADIUS_AGE))
 
 
 def test_euler_leaves_a_lost_rate_to_its_caller():

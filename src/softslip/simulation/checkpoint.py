@@ -1,4 +1,4 @@
-"""Checkpoints: all that a stage needs to go on, in files that are whole or not believed.
+"""Checkpoints: all that a stage needs to resume, in files that are whole or refused.
 
 A checkpoint is one line with the format's version and the SHA-256 of the next line; a line of JSON
 that says what it is of, with the SHA-256 of the rest; and the arrays in NumPy's own format, which
@@ -71,7 +71,7 @@ class Header:
     seconds, core_seconds
         Wall-clock and processor time of work so far.
     restarts
-        How often the stage had been taken up again.
+        How often the stage had resumed before.
     written
         POSIX time of writing.
     identity
@@ -127,7 +127,7 @@ class Checkpoints:
     say
         Told, in a sentence, what a person should know.
     required
-        Whether there must be one to go on from.
+        Whether there must be one to resume from.
     """
 
     def __init__(
@@ -148,7 +148,7 @@ class Checkpoints:
         """Return the arrays of the newest sound checkpoint, None where there is none.
 
         A damaged one is removed, so that it never takes the place of a sound one. One that began
-        with another parent is passed over: the parent has been made anew since.
+        with another parent is ignored: the parent has been rerun since.
 
         Raises
         ------
@@ -166,16 +166,18 @@ class Checkpoints:
                 path.unlink(missing_ok=True)
                 continue
             if self._is_of_another_parent(header.identity):
-                self._say(f"{path.name} began with another parent; the stage begins again")
+                self._say(
+                    f"{path.name} continues an earlier result of the stage before; starting again"
+                )
                 return None
             check_identity(path, header.identity, self._identity)
             self._seconds, self._core_seconds = header.seconds, header.core_seconds
             self._restarts = header.restarts + 1
-            self._say(f"going on from {path.name}: t = {header.time:g} of {header.end:g}")
+            self._say(f"resuming from {path.name}: t = {header.time:g} of {header.end:g}")
             return arrays
         if self._required:
             raise CheckpointError(
-                f"{self.newest}: no sound checkpoint is there; leave out --resume to begin"
+                f"{self.newest}: there is no undamaged checkpoint; run without --resume to start"
             )
         return None
 
@@ -185,7 +187,7 @@ class Checkpoints:
         Parameters
         ----------
         arrays
-            All that is needed to go on.
+            All that is needed to resume.
         state
             The state among them, for its time and step.
         end
@@ -226,7 +228,7 @@ class Checkpoints:
             self.previous.unlink(missing_ok=True)
 
     def _is_of_another_parent(self, found: Identity) -> bool:
-        """Return whether a checkpoint is of this very run before its parent was made anew."""
+        """Return whether a checkpoint is of this very run before its parent was rerun."""
         ours = self._identity
         like = replace(found, parent=ours.parent, parameters=ours.parameters)
         return like == ours and found.parent != ours.parent and not self._required
@@ -238,7 +240,7 @@ class Checkpoints:
 
     @property
     def restarts(self) -> int:
-        """How often the stage has been taken up again."""
+        """How often the stage has resumed."""
         return self._restarts
 
 

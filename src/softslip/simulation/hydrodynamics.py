@@ -16,7 +16,7 @@ from softslip.solver.suspension import Suspension
 
 if TYPE_CHECKING:
     # How runs are kept is no part of the code whose change makes them run again.
-    from softslip.simulation.keeper import Keeper, Kept
+    from softslip.simulation.keeper import Keeper, Resumable
 
 
 def _ignore(*_: object) -> None:
@@ -43,7 +43,7 @@ def age(
     threads
         See `assemble`.
     keeper
-        Keeps the stage from time to time, and knows where it was broken off.
+        Writes checkpoints from time to time, and resumes from one.
 
     Returns
     -------
@@ -88,17 +88,16 @@ def _follow(
     visit: Visit,
     progress: Progress,
     keeper: "Keeper | None",
-    kept: Mapping[str, "Kept"],
+    others: Mapping[str, "Resumable"],
 ) -> Advanced:
-    """Advance a state from the start of a stage, or from where it was broken off."""
+    """Advance a state from the start of a stage, or from its checkpoint."""
     if keeper is None:
         return advance(suspension, suspension.load(start), stops, parameters, visit, progress)
-    found = keeper.resume(start, kept)
-    state, past = found or (suspension.load(start), None)
+    state, past = keeper.resume(start, others) or (suspension.load(start), None)
     end = float(stops[-1]) if len(stops) else state.time
 
     def keep(state: State, effort: Effort) -> None:
-        keeper.offer(state, effort, end, kept)
+        keeper.offer(state, effort, end, others)
 
     return advance(suspension, state, stops, parameters, visit, progress, keep, past)
 
@@ -166,9 +165,9 @@ def shear(
     steps = round(parameters.time_stepping.shear_time / parameters.time_stepping.step)
     observer = Observer(parameters, layout, mean_flow(parameters))
     recorder = Recorder(parameters, steps, suspension, observer, parameters.recording.snapshots)
-    start, kept = _aged_state(ageing, layout), {"recorder": recorder}
+    start, others = _aged_state(ageing, layout), {"recorder": recorder}
     sheared = _follow(
-        suspension, start, recorder.stops, parameters, recorder.visit, progress, keeper, kept
+        suspension, start, recorder.stops, parameters, recorder.visit, progress, keeper, others
     )
     return described(
         recorder.dataset().assign(nodes_per_particle=ageing["nodes_per_particle"])

@@ -32,7 +32,7 @@ class Interruption:
             Naming the signal.
         """
         if self.name:
-            raise Interrupted(f"stopped by {self.name}")
+            raise Interrupted(f"interrupted by {self.name}")
 
 
 @contextmanager
@@ -42,8 +42,8 @@ def interruptible(at_once: bool) -> Iterator[Interruption]:
     Parameters
     ----------
     at_once
-        Whether the first signal stops the block wherever it is, for work that cannot be broken
-        off in an orderly way.
+        Whether the first signal stops the block wherever it is, for work that writes no
+        checkpoints.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""When a stage that runs long is kept, and how it goes on."""
+"""When a long stage writes a checkpoint, and how it resumes from one."""
 
 import time
 from collections.abc import Mapping
@@ -16,15 +16,15 @@ INTERVAL = 60.0
 """Seconds between two checkpoints."""
 
 
-class Kept(Protocol):
-    """Something besides the state that a stage needs to go on."""
+class Resumable(Protocol):
+    """Something besides the state that a stage needs to resume."""
 
     def memory(self) -> Arrays:
         """Return all it knows, as arrays by name."""
         ...
 
     def restore(self, memory: Arrays) -> None:
-        """Go on from a `memory`."""
+        """Resume from a `memory`."""
         ...
 
 
@@ -50,15 +50,15 @@ class Keeper:
         self._checkpoints, self._interruption = checkpoints, interruption
         self._interval, self._last = interval, time.monotonic()
 
-    def resume(self, like: State, others: Mapping[str, Kept]) -> tuple[State, Effort] | None:
-        """Return where a stage was broken off, None where it begins.
+    def resume(self, like: State, others: Mapping[str, Resumable]) -> tuple[State, Effort] | None:
+        """Return where a stage was interrupted, None where it starts.
 
         Parameters
         ----------
         like
             A state of the run, for its number of nodes.
         others
-            What else goes on from the checkpoint, by name.
+            What else resumes from the checkpoint, by name.
 
         Raises
         ------
@@ -82,7 +82,9 @@ class Keeper:
             ) from error
         return state, Effort(*counts, recent)
 
-    def offer(self, state: State, effort: Effort, end: float, others: Mapping[str, Kept]) -> None:
+    def offer(
+        self, state: State, effort: Effort, end: float, others: Mapping[str, Resumable]
+    ) -> None:
         """Write a checkpoint if it is time, and stop if a signal has come.
 
         Parameters
@@ -111,6 +113,6 @@ class Keeper:
         self._last = now
         if self._interruption.name:
             raise Interrupted(
-                f"stopped by {self._interruption.name} at t = {state.time:g} of {end:g}; "
-                "a checkpoint is written, from which the same command goes on"
+                f"interrupted by {self._interruption.name} at t = {state.time:g} of {end:g}; "
+                "start the same command again to resume"
             )

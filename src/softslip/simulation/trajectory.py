@@ -1,4 +1,4 @@
-"""The way of a state through time: evaluate, guard, show, keep, step."""
+"""The trajectory of a state: evaluate, guard, show, offer a checkpoint, step."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -25,7 +25,7 @@ Visit = Callable[[State, Evaluation], None]
 
 @dataclass(frozen=True)
 class Effort:
-    """What a stage has taken so far; with its state, all that is needed to go on.
+    """What a stage has taken so far; with its state, all that is needed to resume.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class Effort:
 
 
 Keep = Callable[[State, Effort], None]
-"""Called after each `Visit` but the last: here a stage can be broken off and taken up again."""
+"""Called after each `Visit` but the last: here a stage can be interrupted and resumed."""
 
 
 def _no_keep(*_: object) -> None:
@@ -115,7 +115,7 @@ def advance(
     keep
         See `Keep`.
     past
-        What ``keep`` was given with this state, where a stage goes on: the state is then not
+        What ``keep`` was given with this state, where a stage resumes: the state is then not
         visited again, and everything after it has the same bits as without the break.
 
     Raises

@@ -379,7 +379,7 @@ class Rejections:
     Parameters
     ----------
     latest
-        The counts of a run that is taken up again, oldest first.
+        The counts of a run that resumes, oldest first.
     """
 
     def __init__(self, latest: Iterable[int] = ()) -> None:
