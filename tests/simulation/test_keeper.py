@@ -63,7 +63,7 @@ def test_a_run_that_was_broken_off_has_the_same_bytes(tmp_path, aged, route, bre
     given = parameters(route)
     whole = hydrodynamics.shear(aged, given)
     for steps in breaks:
-        with pytest.raises(Interrupted, match=r"SIGTERM at t = .* of 0\.2; a checkpoint"):
+        with pytest.raises(Interrupted, match=r"SIGTERM at t = .* of 0\.2; start the same command"):
             hydrodynamics.shear(aged, given, keeper=keeper(tmp_path, 2 * steps))
     again = hydrodynamics.shear(aged, given, keeper=keeper(tmp_path))
     assert again.identical(whole)
