@@ -23,18 +23,16 @@ from synthetic import (
 
 from softslip.analysis.observables import (
     collect,
-    creep,
-    flow_curve,
     heterogeneity,
     mean_over_seeds,
     mean_profile,
     non_affine_velocity,
-    profiles,
     slip_time,
     steady_state,
     yielding_time,
 )
 from softslip.analysis.observables.series import interval_means, record_edges
+from softslip.analysis.observables.tables import creep, flow_curve, profiles
 from softslip.errors import DatasetError
 
 

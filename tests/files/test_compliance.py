@@ -21,10 +21,10 @@ from ruamel.yaml import YAML
 from synthetic import sweep as runs_of
 
 from softslip.analysis.fits import fit_laws
-from softslip.analysis.observables import creep, flow_curve, profiles
+from softslip.analysis.observables.tables import creep, flow_curve, profiles
 from softslip.config.fields import all_fields, extra
 from softslip.config.parameters import Parameters
-from softslip.files.conventions import KINDS, file_units
+from softslip.files.conventions import DESCRIPTIONS, file_units
 from softslip.files.storage import read_dataset, write_dataset
 from softslip.simulation import hydrodynamics
 from softslip.simulation.expansion import expand
@@ -285,7 +285,7 @@ def recommended(line):
 
 
 def test_there_is_a_file_of_every_kind(files):
-    assert {stage for stage, _ in files} == set(KINDS)
+    assert {stage for stage, _ in files} == set(DESCRIPTIONS)
     assert {run for stage, run in files if stage == "bench"} == set(benchmarks()) - {"elements"}
 
 

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from softslip.files.conventions import (
     COMMON,
+    DESCRIPTIONS,
     EARTHLY,
-    KINDS,
     as_stored,
     as_used,
     discovery,
@@ -190,7 +190,7 @@ def test_what_was_written_without_conventions_is_used_as_it_is():
     assert without_discovery(old.attrs) == old.attrs
 
 
-@pytest.mark.parametrize("stage", [*KINDS, "toy"])
+@pytest.mark.parametrize("stage", [*DESCRIPTIONS, "toy"])
 def test_attributes_for_discovery_go_as_they_came(stage):
     own = {"stage": stage, "run": "a run", "summary": "its own", "particles": np.int64(7)}
     given = discovery(stage, "a run")

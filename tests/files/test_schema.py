@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from synthetic import shear_run, sweep
 
 from softslip.analysis.fits import fit_laws
-from softslip.analysis.observables import creep, flow_curve, profiles
+from softslip.analysis.observables.tables import creep, flow_curve, profiles
 from softslip.errors import DatasetError
 from softslip.files.schema import SCHEMAS, check_dataset
 from softslip.files.storage import read_dataset, write_dataset

@@ -26,9 +26,10 @@ from softslip.cli import app
 from softslip.config.scenario import load_scenario
 from softslip.config.stages import STAGES
 from softslip.errors import ConfigError, DatasetError, StorageError
+from softslip.files.products import expected_results
 from softslip.files.storage import read_dataset, write_dataset
 from softslip.provenance.crate import Credits, collect, files_of, write_archive, write_folder
-from softslip.provenance.crate.contents import crate_file, wanted
+from softslip.provenance.crate.contents import crate_file
 from softslip.provenance.crate.graph import TERMS
 from softslip.provenance.crate.steps import STEPS
 from softslip.provenance.crate.writing import EARLIEST
@@ -212,7 +213,7 @@ def test_actions_link_what_results_say_that_they_were_made_from(items, contents,
     actions = of_type(entities, "CreateAction")
     assert len(actions) == len(contents.results) + 1
     results = project / "results" / "small"
-    for name in (each.name for each in wanted(contents.scenario)):
+    for name in (each.name for each in expected_results(contents.scenario)):
         product = read_product(results / name)
         action = action_of(entities, f"results/small/{name}")
         read = {each for each in names(action.get("object", [])) if each.endswith((".nc", ".png"))}
@@ -315,7 +316,9 @@ def test_connections_are_those_that_files_have_gone_through(items):
 
 
 def test_it_expects_what_verifying_expects(contents):
-    assert tuple(each.name for each in wanted(contents.scenario)) == expected(contents.scenario)
+    assert tuple(each.name for each in expected_results(contents.scenario)) == expected(
+        contents.scenario
+    )
 
 
 def test_software_is_told_as_it_was_recorded(items, contents):

@@ -14,12 +14,13 @@ from synthetic import shear_run, sweep
 from typer.testing import CliRunner
 
 from softslip.analysis import figures
+from softslip.analysis.figures import membranes
 from softslip.analysis.figures.shown import Quantity, Series, shown
 from softslip.analysis.fits import fit_laws
-from softslip.analysis.observables import creep, flow_curve
+from softslip.analysis.observables.tables import creep, flow_curve
 from softslip.cli import app
 from softslip.errors import DatasetError, StorageError
-from softslip.files.stamps import FIGURE
+from softslip.files.layout import FIGURE
 from softslip.files.storage import read_dataset, write_dataset
 from softslip.provenance.attribution import Job, parents_of
 from softslip.provenance.export import (
@@ -45,7 +46,7 @@ def put(dataset, path, stage, parents=()):
 
 def draw(name, path, *datasets):
     """Draw a figure as the command does, and return it."""
-    figure = getattr(figures, name)(*datasets)
+    figure = figures.draw(name, *datasets)
     labels = {
         "title": name,
         "stage": FIGURE,
@@ -98,7 +99,7 @@ def test_a_figures_numbers_come_back_exactly(desk):
     frame = frame_of(text_of(table))
     curve = read_dataset(desk / "flow_curve.nc", stage="flow_curve")
     fits = read_dataset(desk / "fits.nc", stage="fits")
-    kept = shown(figures.flow_curves(curve, fits))
+    kept = shown(figures.draw("flow_curves", curve, fits))
     assert len(frame) == sum(len(next(iter(one.points.values())).values) for one in kept)
     for panel in ("shear_rate_wall", "shear_rate_bulk"):
         rows = frame[(frame["panel"] == panel) & frame["stress"].notna()]
@@ -111,7 +112,7 @@ def test_a_figures_numbers_come_back_exactly(desk):
 
 def test_every_series_of_a_figure_has_its_rows(desk):
     frame = frame_of(text_of(figure_table(desk / "figures" / "creep.svg")[0]))
-    drawn = figures.creep(read_dataset(desk / "creep.nc", stage="creep"))
+    drawn = figures.draw("creep", read_dataset(desk / "creep.nc", stage="creep"))
     for axes, panel in zip(drawn.axes, "abc", strict=True):
         rows = frame[frame["panel"] == panel]
         column = "shear_rate_bulk" if panel == "c" else "shear_rate_wall"
@@ -362,7 +363,7 @@ def test_the_command_refuses_other_files(desk, tmp_path, monkeypatch, output):
 
 def test_a_snapshot_of_a_run_is_exported_like_the_rest(tmp_path):
     run = shear_run(0.5, 0.59, 3, snapshots=(5.0,), duration=30.0).assign_attrs(content_sha256="0")
-    table = Table("snapshot", (), shown(figures.snapshot(run)))
+    table = Table("snapshot", (), shown(membranes.snapshot(run)))
     frame = frame_of(text_of(table))
     assert set(frame["series"]) == {"particle", "lower wall", "upper wall", "arrow"}
     assert frame["x"].notna().all()

@@ -40,7 +40,7 @@ TABLE = [
     ("", "studies.validation.errors_markdown"),
     ("", "studies.tradeoff.choose studies.tradeoff.accuracy_markdown"),
     # These only collect names.
-    ("", "analysis.figures analysis.observables studies.bench studies.stability"),
+    ("", "analysis.observables studies.bench studies.stability"),
     (f"{RUNS} {MEASURED}", "simulation.sample solver.geometry"),
     (f"packing {STARTED}", "simulation.packing"),
     (f"packing expansion {STARTED}", "simulation.contour"),
@@ -65,7 +65,7 @@ TABLE = [
     ("gather fit draw tradeoff", "analysis.observables.steady"),
     ("fit", "analysis.fits analysis.fits.slip analysis.fits.summary"),
     ("fit draw", "analysis.fits.flow analysis.fits.points"),
-    ("draw", "analysis.paper analysis.figures.*"),
+    ("draw", "analysis.paper analysis.figures analysis.figures.*"),
     (MEASURED, "studies.scenes studies.timing"),
     ("bench tradeoff", "studies.bench.trajectories studies.interval_means"),
     ("bench", "studies.bench.*"),
@@ -301,6 +301,8 @@ HANDED = {
     # Reading and checking studies; defaults and levels count by themselves.
     *("LEVELS", "NOTHING", "brief", "extra", "in_file", "key_text", "owner", "quantity"),
     *("read_mapping", "relocated"),
+    # Which functions draw: the entries of `draw` are these.
+    "FIGURES",
     # Reports.
     "table_row",
 }

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from softslip.analysis.figures import save_figure
 from softslip.errors import DatasetError
-from softslip.files.stamps import FIGURE
+from softslip.files.layout import FIGURE
 from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST, write_dataset
 from softslip.provenance.archive import Archive
 from softslip.provenance.attribution import Job, parents_of

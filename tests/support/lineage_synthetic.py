@@ -10,9 +10,9 @@ from typing import Any
 import synthetic
 import xarray as xr
 
-from softslip.analysis.figures import flow_curves, save_figure
+from softslip.analysis.figures import draw, save_figure
 from softslip.analysis.fits import fit_laws
-from softslip.analysis.observables import flow_curve
+from softslip.analysis.observables.tables import flow_curve
 from softslip.config.parameters import Parameters
 from softslip.config.stages import STAGES, stage_ids, stage_parameters
 from softslip.files.storage import read_dataset, write_dataset
@@ -127,7 +127,7 @@ class Results:
         labels = {"title": "flow_curves", "stage": "figure", "run": "demo"}
         path = self.folder / "figures" / "flow_curves.png"
         save_figure(
-            flow_curves(*read),
+            draw("flow_curves", *read),
             path,
             {**labels, "parameters": {}, "parents": parents_of(read)},
             Job().provenance(read, fingerprint=CODE),

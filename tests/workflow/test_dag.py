@@ -1,14 +1,17 @@
 """What Snakemake would do, from dry runs."""
 
+import json
 import os
 import re
 import shutil
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import pytest
 from projects import copy_project
+from tiny import snakemake as snakemake_tiny
 
 import softslip
 
@@ -41,6 +44,33 @@ def test_stresses_share_packing_expansion_and_ageing(copy: Path) -> None:
     assert found["snapshot"] == 12
 
 
+TOY = '''
+"""A figure that is drawn from two datasets."""
+
+from softslip.analysis.figures.transient import creep
+
+
+def toy_figure(table, fits):
+    """Draw a table."""
+    return creep(table)
+'''
+"""The module of a new figure."""
+
+TOY_TABLE = """
+        TableEntry(
+            "toy_table", "gather", ("shear",), "softslip.analysis.observables.tables:creep", "Toys."
+        ),
+"""
+TOY_FIGURE = """
+        FigureEntry(
+            "toy_figure",
+            "figure",
+            ("toy_table", FITS),
+            "softslip.analysis.figures.toy:toy_figure",
+        ),
+"""
+
+
 @pytest.fixture
 def longer_list(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Put a package whose list of products holds one more dataset and figure before this one."""
@@ -48,15 +78,15 @@ def longer_list(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shutil.copytree(
         Path(softslip.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__")
     )
+    (package / "analysis" / "figures" / "toy.py").write_text(TOY)
     path = package / "files" / "products.py"
     text = path.read_text()
-    for old, new in (
-        ("TABLES = (", 'TABLES = ("toy_table", '),
-        ("OVERVIEWS = (", 'OVERVIEWS = ("toy_figure", '),
-        ("    SNAPSHOT: (", '    "toy_figure": ("toy_table", FITS),\n    SNAPSHOT: ('),
+    for before, entry in (
+        ("        TableEntry(\n            FITS,", TOY_TABLE),
+        ("        FigureEntry(SNAPSHOT,", TOY_FIGURE),
     ):
-        assert text.count(old) == 1, old
-        text = text.replace(old, new)
+        assert text.count(before) == 1, before
+        text = text.replace(before, entry + before)
     path.write_text(text)
     paths = [str(package.parent), *filter(None, [os.environ.get("PYTHONPATH")])]
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(paths))
@@ -70,6 +100,32 @@ def test_rules_make_a_table_and_a_figure_that_the_list_of_products_adds(copy: Pa
     needed = re.search(r"toy_figure.png; Input files updated by another job: (.*)", shown)
     assert needed is not None, shown
     assert set(needed[1].split(", ")) == {"results/demo/toy_table.nc", "results/demo/fits.nc"}
+
+
+@pytest.mark.usefixtures("longer_list")
+def test_a_new_figure_is_one_file_and_one_entry(whole: Path, tmp_path: Path) -> None:
+    folder = shutil.copytree(whole, tmp_path / "copy")
+    snakemake_tiny(folder, "all")
+
+    def softslip_(*words: str) -> str:
+        command = [sys.executable, "-m", "softslip", *words]
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout + done.stderr
+        return done.stdout
+
+    picture, table = "figures/toy_figure.png", "toy_table.nc"
+    numbers = softslip_("export", f"results/tiny/{picture}")
+    assert numbers.startswith("# toy_figure of tiny\n")
+    report = json.loads(softslip_("verify", "tiny", "--json"))
+    verdicts = {Path(each["file"]).name: each for each in report["files"]}
+    assert {Path(picture).name, table} <= set(verdicts)
+    softslip_("crate", "tiny", "--zip", "crate.zip")
+    with zipfile.ZipFile(folder / "crate.zip") as crate:
+        names = crate.namelist()
+    assert {f"results/tiny/{picture}", f"results/tiny/{table}"} <= set(names)
+    # What is expected is missed where it is not there.
+    (folder / "results" / "tiny" / picture).unlink()
+    assert picture in softslip_("verify", "tiny", "--json")
 
 
 def test_both_snakefiles_ask_for_the_same(copy: Path) -> None:

@@ -1,6 +1,8 @@
 # Side-by-side benchmarks, which no scenario changes. Not part of the default target:
 # `snakemake --cores 2 bench`.
 
+from softslip.files.products import ANY_MORE, FIGURES, figures_of
+
 BENCHMARKS = {
     "mobility_100": "mobility --particles 100 --fidelity paper",
     "mobility_800": "mobility --particles 800 --fidelity paper",
@@ -14,10 +16,17 @@ BENCHMARKS = {
 COMPARED = ["scaling", "mobility_100", "mobility_800", "run_100", "run_800"]
 
 
+def compared(wildcards):
+    """Return the datasets that a figure of the benchmarks shows."""
+    parents = FIGURES[wildcards.figure].parents
+    if ANY_MORE in parents:
+        parents = [f"bench/{name}" for name in COMPARED]
+    return [f"results/{parent}.nc" for parent in parents]
+
+
 rule bench:
     input:
-        "results/bench/benchmark.png",
-        "results/bench/trajectory.png",
+        expand("results/bench/{figure}.png", figure=figures_of("bench_figure")),
     localrule: True
 
 
@@ -43,39 +52,22 @@ rule measure:
         "OPENBLAS_NUM_THREADS=1 softslip bench {params.options}" " --output {output:q} &> {log:q}"
 
 
-rule benchmark_figure:
+rule bench_figure:
     input:
-        expand("results/bench/{bench}.nc", bench=COMPARED),
+        compared,
     output:
-        "results/bench/benchmark.png",
+        "results/bench/{figure}.png",
     log:
-        "results/bench/logs/benchmark.log",
+        "results/bench/logs/{figure}_figure.log",
     benchmark:
-        "results/bench/benchmarks/benchmark.tsv"
+        "results/bench/benchmarks/{figure}_figure.tsv"
+    wildcard_constraints:
+        figure="|".join(figures_of("bench_figure")),
     conda:
         f"../{ENVIRONMENT}"
     params:
         fingerprint=fingerprint("draw"),
     message:
-        "Drawing benchmark"
+        "Drawing {wildcards.figure}"
     shell:
-        "softslip draw benchmark {input:q} --output {output:q} 2> {log:q}"
-
-
-rule trajectory_figure:
-    input:
-        "results/bench/trajectory.nc",
-    output:
-        "results/bench/trajectory.png",
-    log:
-        "results/bench/logs/trajectory_figure.log",
-    benchmark:
-        "results/bench/benchmarks/trajectory_figure.tsv"
-    conda:
-        f"../{ENVIRONMENT}"
-    params:
-        fingerprint=fingerprint("draw"),
-    message:
-        "Drawing trajectory"
-    shell:
-        "softslip draw trajectory {input:q} --output {output:q} 2> {log:q}"
+        "softslip draw {wildcards.figure} {input:q} --output {output:q} 2> {log:q}"

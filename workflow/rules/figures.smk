@@ -1,9 +1,10 @@
 # The paper's figures from the datasets.
 
-from softslip.files.products import FIGURES, OVERVIEWS
+from softslip.files.products import FIGURES, figures_of
 
 FIGURE_DATA = {
-    figure: [f"{RESULTS}/{dataset}.nc" for dataset in FIGURES[figure]] for figure in OVERVIEWS
+    figure: [f"{RESULTS}/{dataset}.nc" for dataset in FIGURES[figure].parents]
+    for figure in figures_of("figure")
 }
 
 

@@ -2,13 +2,15 @@
 # scene cost. Not part of the default target: `snakemake --cores 2 numerics`, and with
 # `--config numerics=ci` the same at a small size.
 
+from softslip.files.products import figures_of
+
 
 rule numerics:
     input:
         expand(
             "{folder}/{figure}.png",
             folder=NUMERICS,
-            figure=["validation", "tradeoff", "extrapolation", "stability_map", "stability_limit"],
+            figure=figures_of("numerics_figure"),
         ),
         f"{NUMERICS}/elements.nc",
     localrule: True
@@ -207,7 +209,7 @@ rule numerics_figure:
     benchmark:
         f"{NUMERICS}/benchmarks/{{figure}}_figure.tsv"
     wildcard_constraints:
-        figure="[a-z_]+",
+        figure="|".join(figures_of("numerics_figure")),
     conda:
         f"../{ENVIRONMENT}"
     params:

@@ -1,5 +1,7 @@
 # What the rules of the numerics share: the study, and what its datasets and figures need.
 
+from softslip.files.products import FIGURES
+
 STUDY = str(config.get("numerics", "full"))
 NUMERICS = f"results/numerics/{STUDY}"
 
@@ -47,7 +49,8 @@ def tradeoff_parts(wildcards):
 
 def drawn(wildcards):
     """Return the datasets that a figure of the numerics shows."""
-    if wildcards.figure == "validation":
+    stage, *more = FIGURES[wildcards.figure].parents
+    if more:
         return validations(wildcards)
-    source = {"extrapolation": "tradeoff"}.get(wildcards.figure, wildcards.figure)
-    return f"{NUMERICS}/{source}.nc"
+    name = "stability_limit" if stage == "limits" else stage
+    return f"{NUMERICS}/{name}.nc"

@@ -9,8 +9,8 @@ import xarray as xr
 
 from softslip.cli.common import Output, one_line_errors
 from softslip.errors import ConfigError
+from softslip.files.layout import FIGURE
 from softslip.files.products import ANY_MORE, FIGURES
-from softslip.files.stamps import FIGURE
 from softslip.files.storage import read_dataset
 from softslip.messages import brief
 from softslip.provenance.attribution import Job, parents_of
@@ -36,7 +36,7 @@ def draw(
             "figure", brief(figure), "is not a figure", f"use one of {', '.join(FIGURES)}"
         )
     datasets = _datasets(figure, data)
-    drawn = getattr(figures, figure)(*datasets)
+    drawn = figures.draw(figure, *datasets)
     labels = {
         "title": figure,
         "stage": FIGURE,
@@ -50,7 +50,7 @@ def draw(
 
 def _datasets(figure: str, data: list[Path]) -> list[xr.Dataset]:
     """Read what a figure shows, and refuse files of another kind or too few or many of them."""
-    kinds = list(FIGURES[figure])
+    kinds = list(FIGURES[figure].parents)
     if kinds[-1] == ANY_MORE:
         kinds[-1:] = [kinds[-2]] * (len(data) - len(kinds) + 1)
     if len(kinds) != len(data):
@@ -58,7 +58,7 @@ def _datasets(figure: str, data: list[Path]) -> list[xr.Dataset]:
             "data",
             f"{len(data)} files",
             f"are not what {figure} shows",
-            f"give datasets of {', '.join(FIGURES[figure])}",
+            f"give datasets of {', '.join(FIGURES[figure].parents)}",
         )
     stages = [kind.partition("/")[::2] for kind in kinds]
     return [

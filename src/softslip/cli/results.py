@@ -15,7 +15,7 @@ from softslip.cli.common import Output, Results, ScenarioName, one_line_errors, 
 from softslip.config.reference import write_references
 from softslip.config.scenario import Scenario, load_scenario
 from softslip.config.stages import STAGES
-from softslip.files.products import TABLES
+from softslip.files.products import FITS, TABLES
 from softslip.files.storage import read_dataset, write_dataset
 from softslip.provenance.attribution import Job
 from softslip.provenance.fingerprints import fingerprint
@@ -69,7 +69,7 @@ def fit(
         **Job().labels([curve], fingerprint=fingerprint("fit")),
     )
     run = curve.attrs["run"]
-    write_dataset(laws, output, stage="fits", run=run, title=f"fits of {run}")
+    write_dataset(laws, output, stage=FITS, run=run, title=f"{FITS} of {run}")
     print(fits.summary(laws))
 
 

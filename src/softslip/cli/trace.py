@@ -85,7 +85,7 @@ def _check_graph(path: Path) -> None:
 def _draw(found: "Trace", path: Path) -> None:
     """Draw what was made from what, and label the file with what it shows."""
     from softslip.analysis import figures
-    from softslip.files.stamps import FIGURE
+    from softslip.files.layout import FIGURE
     from softslip.files.storage import CONTENT_DIGEST
     from softslip.provenance.attribution import Job
     from softslip.provenance.fingerprints import fingerprint

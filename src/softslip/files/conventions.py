@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from softslip.files.products import DATASETS
+
 CONVENTIONS = "CF-1.11, ACDD-1.3"
 
 MODEL_UNITS = "model_units"
@@ -213,7 +215,7 @@ def _content_type(stored: xr.Dataset, name: Hashable, units: Any) -> str:
 
 
 @dataclass(frozen=True)
-class Kind:
+class Description:
     """What the datasets of one stage are.
 
     Attributes
@@ -228,69 +230,54 @@ class Kind:
     level: str
 
 
-OUTPUT, AVERAGES, TEST = "output of a simulation", "averages of simulations", "test of the software"
+OUTPUT, TEST = "output of a simulation", "test of the software"
 
-KINDS: Mapping[str, Kind] = {
-    "packing": Kind(
+DESCRIPTIONS: Mapping[str, Description] = {
+    "packing": Description(
         "Centres and radii of soft discs that were packed without overlap between the two walls "
         "of a channel.",
         OUTPUT,
     ),
-    "expansion": Kind(
+    "expansion": Description(
         "Nodes of the elastic membranes of soft particles that were grown between two walls to "
         "the wanted area fraction.",
         OUTPUT,
     ),
-    "ageing": Kind(
+    "ageing": Description(
         "State of a dense suspension of soft particles after a time at rest between two walls: "
         "membranes, walls and the tractions that hold them.",
         OUTPUT,
     ),
-    "shear": Kind(
+    "shear": Description(
         "Shear rates, slip velocities, velocity profiles and snapshots of a dense suspension of "
         "soft particles under stress between two walls, as means over intervals of time.",
         OUTPUT,
     ),
-    "flow_curve": Kind(
-        "Steady shear rates and slip velocities of dense suspensions of soft particles, with "
-        "standard errors, for each stress and wall.",
-        AVERAGES,
+    **{entry.name: Description(entry.summary, entry.level) for entry in DATASETS.values()},
+    "bench": Description(
+        "Computing time, memory and accuracy of numerical schemes side by side.", TEST
     ),
-    "creep": Kind(
-        "Shear rates and slip velocities of dense suspensions of soft particles in time since "
-        "the stress began.",
-        AVERAGES,
+    "elements": Description("Computing time of each element of a simulated scene.", TEST),
+    "validation": Description("Solutions of a flow against what is known of it.", TEST),
+    "stability": Description(
+        "Which simulations at one kind of extreme stay right, stop or fail.", TEST
     ),
-    "profiles": Kind(
-        "Mean velocity profiles between the walls of dense suspensions of soft particles in "
-        "steady flow.",
-        AVERAGES,
-    ),
-    "fits": Kind(
-        "Parameters of the Herschel-Bulkley law and of laws of wall slip, with standard errors, "
-        "fitted to steady flow of dense suspensions of soft particles.",
-        "fits to averages of simulations",
-    ),
-    "bench": Kind("Computing time, memory and accuracy of numerical schemes side by side.", TEST),
-    "elements": Kind("Computing time of each element of a simulated scene.", TEST),
-    "validation": Kind("Solutions of a flow against what is known of it.", TEST),
-    "stability": Kind("Which simulations at one kind of extreme stay right, stop or fail.", TEST),
-    "stability_map": Kind("Which simulations at extremes stay right, stop or fail.", TEST),
-    "limits": Kind("Longest stable time steps of the integrators beside theory.", TEST),
-    "scene": Kind(
+    "stability_map": Description("Which simulations at extremes stay right, stop or fail.", TEST),
+    "limits": Description("Longest stable time steps of the integrators beside theory.", TEST),
+    "scene": Description(
         "Sheared packings that numerical schemes of the trade-off of speed against accuracy "
         "start from.",
         TEST,
     ),
-    "member": Kind("Flow and cost of one numerical scheme of the trade-off.", TEST),
-    "steady": Kind("Long runs of one packing at several lengths of regularisation.", TEST),
-    "tradeoff": Kind(
+    "member": Description("Flow and cost of one numerical scheme of the trade-off.", TEST),
+    "steady": Description("Long runs of one packing at several lengths of regularisation.", TEST),
+    "tradeoff": Description(
         "Errors and costs of numerical schemes, and the limit that they tend to.", TEST
     ),
 }
 """What the datasets of each stage are."""
 
-OTHER = Kind("Result of a simulation of a dense suspension of soft particles.", OUTPUT)
+OTHER = Description("Result of a simulation of a dense suspension of soft particles.", OUTPUT)
 """What the datasets of any further stage are."""
 
 COMMENT = (
@@ -324,12 +311,12 @@ def discovery(stage: str, run: str) -> dict[str, str]:
     stage, run
         Which stage and which run it is the result of.
     """
-    kind = KINDS.get(stage, OTHER)
+    description = DESCRIPTIONS.get(stage, OTHER)
     return {
         **COMMON,
         "id": ".".join(["softslip", stage, *run.split()]),
-        "summary": kind.summary,
-        "processing_level": kind.level,
+        "summary": description.summary,
+        "processing_level": description.level,
     }
 
 

@@ -3,5 +3,8 @@
 DATASET = ".nc"
 """Suffix of datasets."""
 
+FIGURE = "figure"
+"""What stands where a dataset has its stage."""
+
 CHECKPOINTS = "checkpoints"
 """Folder of checkpoints and locks, beside the datasets of a stage."""

@@ -1,46 +1,194 @@
-"""What the workflow makes of a scenario: tables, fits and figures, and where each is."""
+"""What the workflow makes of runs: tables, fits and figures, one entry each.
+
+A new figure is a function that draws it and its entry in `FIGURES`; a new table is a function that
+gathers it and its entry in `DATASETS`. Functions are named by text, ``module:function``, and
+imported by those who call them, so that neither the workflow nor the stages need what draws.
+"""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from softslip.config.scenario import Scenario
 from softslip.config.stages import STAGES
-from softslip.files.layout import DATASET
-from softslip.files.stamps import FIGURE
+from softslip.files.layout import DATASET, FIGURE
 
-TABLES = ("flow_curve", "creep", "profiles")
-"""Datasets over all runs of a scenario."""
-
-FITS = "fits"
-"""Stage of the laws fitted to the flow curve."""
-
-OVERVIEWS = ("flow_curves", "creep", "profiles")
-"""Figures of all runs of a scenario."""
-
-SNAPSHOT = "snapshot"
-"""Figure of one run."""
+if TYPE_CHECKING:
+    from softslip.config.scenario import Scenario
 
 ANY_MORE = "..."
 """Stands for any number of further datasets of the kind before it."""
 
-FIGURES: Mapping[str, tuple[str, ...]] = {
-    "flow_curves": ("flow_curve", FITS),
-    "creep": ("creep",),
-    "profiles": ("profiles",),
-    SNAPSHOT: ("shear",),
-    "benchmark": ("bench/scaling", "bench", ANY_MORE),
-    "trajectory": ("bench/trajectory",),
-    "validation": ("validation", ANY_MORE),
-    "tradeoff": ("tradeoff",),
-    "extrapolation": ("tradeoff",),
-    "stability_map": ("stability_map",),
-    "stability_limit": ("limits",),
-}
-"""Figures, and the datasets that each shows: their stage, or their stage and run."""
+FITS = "fits"
+"""Stage of the laws fitted to the flow curve."""
+
+SNAPSHOT = "snapshot"
+"""Figure of one run, and its rule."""
 
 
 @dataclass(frozen=True)
-class Wanted:
+class TableEntry:
+    """A dataset over all runs of a scenario.
+
+    Attributes
+    ----------
+    name
+        Of its stage and its file.
+    rule
+        The rule of the workflow that makes it, and its command.
+    parents
+        The stages of what it is made from.
+    function
+        What computes it.
+    summary
+        One or two sentences for people who look for data.
+    level
+        How far the data have come from the simulation.
+    """
+
+    name: str
+    rule: str
+    parents: tuple[str, ...]
+    function: str
+    summary: str
+    level: str = "averages of simulations"
+
+
+@dataclass(frozen=True)
+class FigureEntry:
+    """A figure.
+
+    Attributes
+    ----------
+    name
+        Of the figure and its file.
+    rule
+        The rule of the workflow that draws it: ``figure`` shows all runs of a scenario, `SNAPSHOT`
+        one run; ``bench_figure`` and ``numerics_figure`` show measurements of the software.
+    parents
+        The datasets that it shows: their stage, or their stage and run.
+    function
+        What draws it from these datasets.
+    """
+
+    name: str
+    rule: str
+    parents: tuple[str, ...]
+    function: str
+
+
+_OBSERVABLES = "softslip.analysis.observables.tables"
+_FIGURES = "softslip.analysis.figures"
+
+DATASETS: Mapping[str, TableEntry] = {
+    entry.name: entry
+    for entry in (
+        TableEntry(
+            "flow_curve",
+            "gather",
+            ("shear",),
+            f"{_OBSERVABLES}:flow_curve",
+            "Steady shear rates and slip velocities of dense suspensions of soft particles, with "
+            "standard errors, for each stress and wall.",
+        ),
+        TableEntry(
+            "creep",
+            "gather",
+            ("shear",),
+            f"{_OBSERVABLES}:creep",
+            "Shear rates and slip velocities of dense suspensions of soft particles in time since "
+            "the stress began.",
+        ),
+        TableEntry(
+            "profiles",
+            "gather",
+            ("shear",),
+            f"{_OBSERVABLES}:profiles",
+            "Mean velocity profiles between the walls of dense suspensions of soft particles in "
+            "steady flow.",
+        ),
+        TableEntry(
+            FITS,
+            "fit",
+            ("flow_curve",),
+            "softslip.analysis.fits:fit_laws",
+            "Parameters of the Herschel-Bulkley law and of laws of wall slip, with standard "
+            "errors, fitted to steady flow of dense suspensions of soft particles.",
+            "fits to averages of simulations",
+        ),
+    )
+}
+"""Datasets over all runs of a scenario, each after what it is made from."""
+
+TABLES: Mapping[str, TableEntry] = {
+    name: entry for name, entry in DATASETS.items() if entry.rule == "gather"
+}
+"""Those that are gathered from the runs themselves."""
+
+FIGURES: Mapping[str, FigureEntry] = {
+    entry.name: entry
+    for entry in (
+        FigureEntry(
+            "flow_curves", "figure", ("flow_curve", FITS), f"{_FIGURES}.rheology:flow_curves"
+        ),
+        FigureEntry("creep", "figure", ("creep",), f"{_FIGURES}.transient:creep"),
+        FigureEntry("profiles", "figure", ("profiles",), f"{_FIGURES}.velocity:profiles"),
+        FigureEntry(SNAPSHOT, SNAPSHOT, ("shear",), f"{_FIGURES}.membranes:snapshot"),
+        FigureEntry(
+            "benchmark",
+            "bench_figure",
+            ("bench/scaling", "bench", ANY_MORE),
+            f"{_FIGURES}.benchmark:benchmark",
+        ),
+        FigureEntry(
+            "trajectory",
+            "bench_figure",
+            ("bench/trajectory",),
+            f"{_FIGURES}.trajectory:trajectory",
+        ),
+        FigureEntry(
+            "validation",
+            "numerics_figure",
+            ("validation", ANY_MORE),
+            f"{_FIGURES}.validation:validation",
+        ),
+        FigureEntry("tradeoff", "numerics_figure", ("tradeoff",), f"{_FIGURES}.tradeoff:tradeoff"),
+        FigureEntry(
+            "extrapolation", "numerics_figure", ("tradeoff",), f"{_FIGURES}.tradeoff:extrapolation"
+        ),
+        FigureEntry(
+            "stability_map",
+            "numerics_figure",
+            ("stability_map",),
+            f"{_FIGURES}.stability:stability_map",
+        ),
+        FigureEntry(
+            "stability_limit",
+            "numerics_figure",
+            ("limits",),
+            f"{_FIGURES}.stability:stability_limit",
+        ),
+    )
+}
+"""Figures."""
+
+
+def figures_of(rule: str) -> tuple[str, ...]:
+    """Return the names of the figures that a rule of the workflow draws."""
+    return tuple(name for name, entry in FIGURES.items() if entry.rule == rule)
+
+
+def rules_before(rule: str) -> tuple[str, ...]:
+    """Return the rules whose results a rule reads that makes results of a scenario."""
+    if rule in STAGES:
+        return STAGES[: STAGES.index(rule)][-1:]
+    makers = {**{stage: stage for stage in STAGES}, **{t.name: t.rule for t in DATASETS.values()}}
+    entries: list[TableEntry | FigureEntry] = [*DATASETS.values(), *FIGURES.values()]
+    parents = (parent for entry in entries if entry.rule == rule for parent in entry.parents)
+    return tuple(dict.fromkeys(makers[parent] for parent in parents))
+
+
+@dataclass(frozen=True)
+class ExpectedResult:
     """A result that the workflow makes of a scenario.
 
     Attributes
@@ -48,15 +196,18 @@ class Wanted:
     rule
         The rule of the workflow that makes it.
     stage, run
-        What it says that it is.
+        What its labels say that it is.
     name
         Its path in the folder of the results, with slashes.
+    figure
+        Which figure it is, nothing if it is a dataset.
     """
 
     rule: str
     stage: str
     run: str
     name: str
+    figure: str = ""
 
     @property
     def benchmark(self) -> str:
@@ -64,16 +215,16 @@ class Wanted:
         return f"benchmarks/{self.name.rpartition('.')[0]}.tsv"
 
 
-def wanted(scenario: Scenario) -> Iterator[Wanted]:
+def expected_results(scenario: "Scenario") -> Iterator[ExpectedResult]:
     """Yield every result that the workflow makes of a scenario, parents before children."""
     for stage in STAGES:
         for run in scenario.stage_table(stage):
-            yield Wanted(stage, stage, run, f"{stage}/{run}{DATASET}")
-    for table in TABLES:
-        yield Wanted("gather", table, scenario.name, f"{table}{DATASET}")
-    yield Wanted("fit", FITS, scenario.name, f"{FITS}{DATASET}")
-    for figure in OVERVIEWS:
-        yield Wanted("figure", FIGURE, scenario.name, f"figures/{figure}.png")
+            yield ExpectedResult(stage, stage, run, f"{stage}/{run}{DATASET}")
+    for table in DATASETS.values():
+        yield ExpectedResult(table.rule, table.name, scenario.name, f"{table.name}{DATASET}")
+    for figure in figures_of("figure"):
+        yield ExpectedResult("figure", FIGURE, scenario.name, f"figures/{figure}.png", figure)
     for run, row in scenario.stage_table("shear").items():
         if row.parameters.recording.snapshots:
-            yield Wanted("snapshot", FIGURE, run, f"figures/snapshots/{run}.png")
+            name = f"figures/snapshots/{run}.png"
+            yield ExpectedResult(SNAPSHOT, FIGURE, run, name, SNAPSHOT)

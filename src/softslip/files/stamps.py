@@ -25,9 +25,6 @@ from softslip.messages import file_text
 FORMATS = (".png", ".svg", ".pdf")
 """File types of figures."""
 
-FIGURE = "figure"
-"""What stands where a dataset has its stage."""
-
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _DIGITS = 64
 _PLACE = re.compile(rb'"' + RECORD_DIGEST.encode() + rb'": "([0-9a-f]{64})"')

@@ -8,9 +8,9 @@ from pathlib import Path
 
 from softslip.config.stages import STAGES
 from softslip.errors import DatasetError
-from softslip.files.layout import DATASET
+from softslip.files.layout import DATASET, FIGURE
 from softslip.files.products import SNAPSHOT
-from softslip.files.stamps import FIGURE, FORMATS
+from softslip.files.stamps import FORMATS
 from softslip.messages import file_text
 from softslip.provenance.product_labels import Parent, Product, read_product
 

@@ -26,20 +26,27 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+from softslip.files.products import FIGURES, TABLES, FigureEntry, TableEntry
 from softslip.provenance.bindings import DEFAULTS, EFFECTS, WHOLE, Key, ModuleName
 from softslip.provenance.definitions import Package
 
 FOLDER = Path(__file__).parents[1]
 """Where its files are."""
 
+
+def _functions(products: Mapping[str, TableEntry] | Mapping[str, FigureEntry]) -> list[str]:
+    """Return the dotted names of the functions that make some products."""
+    return [each.function.replace(":", ".") for each in products.values()]
+
+
 ENTRIES: Mapping[str, tuple[str, ...]] = {
     "packing": ("softslip.simulation.packing.pack",),
     "expansion": ("softslip.simulation.expansion.expand",),
     "ageing": ("softslip.simulation.hydrodynamics.age",),
     "shear": ("softslip.simulation.hydrodynamics.shear",),
-    "gather": ("softslip.analysis.observables",),
+    "gather": ("softslip.analysis.observables", *_functions(TABLES)),
     "fit": ("softslip.analysis.fits",),
-    "draw": ("softslip.analysis.figures",),
+    "draw": ("softslip.analysis.figures", *_functions(FIGURES)),
     "bench": ("softslip.studies.bench",),
     "validation": ("softslip.studies.validation", "softslip.studies.validation.sweeps.sweep"),
     "tradeoff": (

@@ -8,8 +8,8 @@ from typing import Any
 
 from softslip.errors import DatasetError
 from softslip.files.labels import LABELS, text_attributes
-from softslip.files.layout import DATASET
-from softslip.files.stamps import FIGURE, FORMATS, read_labels
+from softslip.files.layout import DATASET, FIGURE
+from softslip.files.stamps import FORMATS, read_labels
 from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST
 from softslip.messages import file_text
 

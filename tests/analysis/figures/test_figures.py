@@ -9,8 +9,9 @@ from matplotlib.quiver import Quiver
 from synthetic import HEIGHT, LENGTH, shear_run, sweep
 
 from softslip.analysis import figures
+from softslip.analysis.figures import membranes
 from softslip.analysis.fits import herschel_bulkley
-from softslip.analysis.observables import creep, flow_curve, profiles
+from softslip.analysis.observables.tables import creep, flow_curve, profiles
 from softslip.errors import DatasetError
 from softslip.files.stamps import check_figure
 from softslip.files.storage import read_dataset, write_dataset
@@ -43,17 +44,21 @@ def words(figure):
 
 
 def drawn(curve):
-    return figures.flow_curves(curve, herschel_bulkley(curve))
+    return figures.draw("flow_curves", curve, herschel_bulkley(curve))
 
 
 def test_missing_runs_are_counted(runs, curve):
-    for figure in (drawn(curve), figures.creep(creep(runs)), figures.profiles(profiles(runs))):
+    for figure in (
+        drawn(curve),
+        figures.draw("creep", creep(runs)),
+        figures.draw("profiles", profiles(runs)),
+    ):
         assert "2 of 8 runs missing" in words(figure)
 
 
 def test_complete_data_needs_no_note(runs):
     done = [(labels, run) for labels, run in runs if labels["roughness"] == 0.0]
-    assert "missing" not in words(figures.creep(creep(done)))
+    assert "missing" not in words(figures.draw("creep", creep(done)))
 
 
 @pytest.mark.parametrize("extra", ["seed", "wall_separation", "surface"])
@@ -63,8 +68,8 @@ def test_any_further_dimension_is_drawn(runs, extra):
     table = flow_curve(every)
     for figure in (
         drawn(table),
-        figures.creep(creep(every)),
-        figures.profiles(profiles(every)),
+        figures.draw("creep", creep(every)),
+        figures.draw("profiles", profiles(every)),
     ):
         said = words(figure)
         assert "4 of 16 runs missing" in said
@@ -80,8 +85,8 @@ def test_one_unlabelled_run_is_drawn():
     said = words(drawn(table))
     assert "no fit: too few steady points" in said
     assert r"$\beta$ = 0" in said
-    words(figures.creep(creep(alone)))
-    words(figures.profiles(profiles(alone)))
+    words(figures.draw("creep", creep(alone)))
+    words(figures.draw("profiles", profiles(alone)))
 
 
 def test_imposed_rates_are_drawn(curve):
@@ -94,8 +99,8 @@ def test_imposed_rates_are_drawn(curve):
 def test_units_stand_on_every_axis(runs, curve, sampled):
     for figure, units in (
         (drawn(curve), ("[1 / time unit]", "[stress unit]")),
-        (figures.creep(creep(runs)), ("[1 / time unit]", "[time unit]")),
-        (figures.snapshot(sampled), ("[length unit]",)),
+        (figures.draw("creep", creep(runs)), ("[1 / time unit]", "[time unit]")),
+        (membranes.snapshot(sampled), ("[length unit]",)),
     ):
         said = words(figure)
         assert all(unit in said for unit in units), f"{units} not all in {said!r}"
@@ -137,7 +142,7 @@ def test_run_without_bulk_has_no_bulk_curve(runs):
     ]
     table = flow_curve(bare)
     assert "no fit: too few steady points: 0 of at least 4" in words(drawn(table))
-    words(figures.creep(creep(bare)))
+    words(figures.draw("creep", creep(bare)))
 
 
 def polygons(figure, colour):
@@ -154,7 +159,7 @@ def test_snapshot_shows_each_particle_once(sampled):
     """The parts inside the box of all images of a particle add up to its area."""
     from softslip.analysis.figures.membranes import PARTICLE
 
-    images = polygons(figures.snapshot(sampled), PARTICLE)
+    images = polygons(membranes.snapshot(sampled), PARTICLE)
     inside = 0.0
     for image in images:
         fine = np.linspace(0, 1, 400, endpoint=False)
@@ -170,7 +175,7 @@ def test_snapshot_shows_each_particle_once(sampled):
 
 
 def test_walls_cover_the_channel_whatever_their_displacement(sampled):
-    lower, upper = polygons(figures.snapshot(sampled), "black")[:2]
+    lower, upper = polygons(membranes.snapshot(sampled), "black")[:2]
     assert lower[:, 0].min() <= 0
     assert lower[:, 0].max() >= LENGTH
     assert upper[:, 1].min() < HEIGHT - 0.4 * 0.59 * 0.00846
@@ -178,22 +183,22 @@ def test_walls_cover_the_channel_whatever_their_displacement(sampled):
 
 
 def test_arrows_keep_out_of_the_walls(sampled):
-    arrows = figures.snapshot(sampled).axes[0].findobj(Quiver)[0]
+    arrows = membranes.snapshot(sampled).axes[0].findobj(Quiver)[0]
     assert 20 < len(arrows.X) < 36**2
     assert arrows.Y.min() > 0
     assert arrows.Y.max() < HEIGHT
 
 
 def test_snapshot_is_found_by_time_and_named(sampled):
-    assert "$t$ = 17.5" in words(figures.snapshot(sampled, time=16.0))
-    assert r"$\beta$ = 0.59" in words(figures.snapshot(sampled))
+    assert "$t$ = 17.5" in words(membranes.snapshot(sampled, time=16.0))
+    assert r"$\beta$ = 0.59" in words(membranes.snapshot(sampled))
     with pytest.raises(DatasetError, match="has 2 snapshots, so there is none of number 2"):
-        figures.snapshot(sampled, 2)
+        membranes.snapshot(sampled, 2)
 
 
 def test_snapshot_at_rest_says_why_it_has_no_arrows(sampled):
     still = sampled.assign(velocity=xr.zeros_like(sampled["velocity"]))
-    assert "no arrows: the bulk does not flow" in words(figures.snapshot(still))
+    assert "no arrows: the bulk does not flow" in words(membranes.snapshot(still))
 
 
 @pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
@@ -238,7 +243,7 @@ def test_datasets_read_back_are_drawn_alike(runs, curve, tmp_path):
 def test_channel_without_particles_is_drawn(sampled):
     wall = 2 * int(sampled.attrs["wall_nodes"])
     empty = sampled.isel(node=slice(-wall, None), particle=slice(0, 0))
-    words(figures.snapshot(empty))
+    words(membranes.snapshot(empty))
 
 
 def test_drawing_leaves_the_users_settings_alone(curve):

@@ -14,10 +14,12 @@ from matplotlib.quiver import Quiver
 from synthetic import LENGTH, shear_run, sweep
 
 from softslip.analysis import figures
+from softslip.analysis.figures import membranes
 from softslip.analysis.figures.membranes import PARTICLE
 from softslip.analysis.figures.shown import Quantity, show, shown
 from softslip.analysis.fits import fit_laws
-from softslip.analysis.observables import creep, flow_curve, mean_over_seeds, profiles
+from softslip.analysis.observables import mean_over_seeds
+from softslip.analysis.observables.tables import creep, flow_curve, profiles
 from softslip.files.products import FIGURES
 from softslip.studies.tradeoff.table import gather
 
@@ -86,7 +88,7 @@ def test_flow_curves(curve, below):
     if below:
         spoiled["shear_rate_bulk"][1, 0] = -1e-6
     fits = fit_laws(spoiled)
-    figure = figures.flow_curves(spoiled, fits)
+    figure = figures.draw("flow_curves", spoiled, fits)
     for axes, name in zip(figure.axes, ("shear_rate_wall", "shear_rate_bulk"), strict=True):
         drawn, bars = set(), []
         for each in axes.containers:
@@ -114,7 +116,7 @@ def test_fitted_flow_law():
     done = sweep((0.08, 0.15, 0.2, 0.3, 0.5), (0.0,), duration=1500.0, noise=0.03, profiles=4)
     curve = flow_curve(done)
     fits = fit_laws(curve)
-    figure = figures.flow_curves(curve, fits)
+    figure = figures.draw("flow_curves", curve, fits)
     (fit,) = series(figure, "shear_rate_bulk", "flow law fitted to all roughnesses")
     assert points([fit], "shear_rate_bulk", "shear_stress") <= lines(figure.axes[1])
     band = figure.axes[1].collections
@@ -126,7 +128,7 @@ def test_fitted_flow_law():
 
 
 def test_flow_curves_are_means_over_seeds_with_their_coordinates(curve):
-    figure = figures.flow_curves(curve, fit_laws(curve))
+    figure = figures.draw("flow_curves", curve, fit_laws(curve))
     mean = mean_over_seeds(curve)
     count = 0
     for one in series(figure, "shear_rate_wall"):
@@ -147,16 +149,16 @@ def test_further_dimensions_are_told_apart(runs):
     ]
     table = flow_curve(every)
     for figure in (
-        figures.flow_curves(table, fit_laws(table)),
-        figures.creep(creep(every)),
-        figures.profiles(profiles(every)),
+        figures.draw("flow_curves", table, fit_laws(table)),
+        figures.draw("creep", creep(every)),
+        figures.draw("profiles", profiles(every)),
     ):
         found = {one.at["surface"].values for one in shown(figure) if "surface" in one.at}
         assert found == {"soft", "hard"}
 
 
 def test_creep(runs):
-    figure = figures.creep(creep(runs))
+    figure = figures.draw("creep", creep(runs))
     names = ("shear_rate_wall", "shear_rate_wall", "shear_rate_bulk")
     for axes, panel, name in zip(figure.axes, "abc", names, strict=True):
         assert points(series(figure, panel), "time", name) == lines(axes)
@@ -165,7 +167,7 @@ def test_creep(runs):
 
 
 def test_profiles(runs):
-    figure = figures.profiles(profiles(runs))
+    figure = figures.draw("profiles", profiles(runs))
     left, right = figure.axes[:2]
     for axes, panel in ((left, "left"), (right, "right")):
         drawn = lines(axes) - {(0.0, 0.0), (1.0, 1.0)}
@@ -179,7 +181,7 @@ def test_profiles(runs):
 
 def test_snapshot():
     run = shear_run(0.5, 0.59, 3, snapshots=(5.0, 17.5), duration=30.0)
-    figure = figures.snapshot(run, 1)
+    figure = membranes.snapshot(run, 1)
     (axes,) = figure.axes
     arrows = axes.findobj(Quiver)[0]
     drawn = set(zip(*map(np.ndarray.tolist, (arrows.X, arrows.Y, arrows.U, arrows.V)), strict=True))
@@ -221,7 +223,7 @@ def test_benchmark():
         attrs={"bench": "scaling", "fidelity": "paper"},
     )
     others = [bench("run", 100, ratio=40.0), bench("mobility", 100, ratio=3.0, own_ratio=9.0)]
-    figure = figures.benchmark(scaling, *others)
+    figure = figures.draw("benchmark", scaling, *others)
     left, right = figure.axes
     heights = [float(bar.get_height()) for bar in left.patches]
     kept = [
@@ -255,7 +257,7 @@ def test_trajectory():
         coords={"run": ["fidelity", "grid", "second_seed"], "time": time, "quantity": list(names)},
         attrs={"fidelity": "paper"},
     )
-    figure = figures.trajectory(dataset)
+    figure = figures.draw("trajectory", dataset)
     for axes, panel, name in zip(figure.axes, "abcd", (*names, *names), strict=True):
         kind = "series" if panel in "ab" else "difference from the level"
         column = name if panel in "ab" else f"{name}_difference"
@@ -269,7 +271,7 @@ def test_trajectory():
 
 
 def test_tradeoff(table):
-    figure = figures.tradeoff(table)
+    figure = figures.draw("tradeoff", table)
     for axes, panel, name in zip(
         figure.axes, "ab", ("total_error", "numerical_error"), strict=True
     ):
@@ -285,7 +287,7 @@ def test_tradeoff(table):
 
 
 def test_extrapolation(table):
-    figure = figures.extrapolation(table)
+    figure = figures.draw("extrapolation", table)
     names = ("slip_velocity", "shear_rate_bulk") * 2
     for axes, panel, name in zip(figure.axes, "abcd", names, strict=True):
         kept = points(series(figure, panel), "regularisation", f"{name}_over_limit")
@@ -302,7 +304,7 @@ def is_data_of_extrapolation(line):
 
 def test_stability_map():
     dataset = stability_synthetic.cells()
-    figure = figures.stability_map(dataset)
+    figure = figures.draw("stability_map", dataset)
     for axes, scheme in zip(figure.axes, ("standard", "literal"), strict=True):
         labels = [text.get_text().replace("\n", ", ") for text in axes.texts]
         kept = [label for one in series(figure, scheme) for label in one.points["label"].values]
@@ -313,7 +315,7 @@ def test_stability_map():
 
 def test_stability_limit():
     dataset = stability_synthetic.limits()
-    figure = figures.stability_limit(dataset)
+    figure = figures.draw("stability_limit", dataset)
     left, right = figure.axes
     measured = lines(left, lambda line: line.get_label() != "theory")
     assert points(series(figure, "a"), "euler_theory", "euler_limit") == measured
@@ -341,7 +343,7 @@ def test_validation():
         ),
         cases.dataset("walls", {"fidelity": ["paper"], "outside": ["still", "periodic"]}),
     )
-    figure = figures.validation(*datasets)
+    figure = figures.draw("validation", *datasets)
     for axes, panel in zip(figure.axes, "abcd", strict=True):
         drawn = sorted(float(y) for line in axes.lines for y in line.get_ydata() if np.isfinite(y))
         values = [

@@ -14,7 +14,7 @@ import scenes
 import xarray as xr
 
 import softslip
-from softslip.analysis.observables import flow_curve
+from softslip.analysis.observables.tables import flow_curve
 from softslip.config.fields import all_fields
 from softslip.config.parameters import Parameters
 from softslip.config.scenario import load_scenario

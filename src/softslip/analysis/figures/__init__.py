@@ -4,30 +4,19 @@ Every figure is drawn in one style, averages over seeds, facets over dimensions 
 and says how many runs are missing. "Fig." is that of the paper.
 """
 
-from softslip.analysis.figures.benchmark import benchmark
+from pkgutil import resolve_name
+
+import xarray as xr
+from matplotlib.figure import Figure
+
 from softslip.analysis.figures.drawing import save_figure
 from softslip.analysis.figures.lineage import lineage
-from softslip.analysis.figures.membranes import snapshot
-from softslip.analysis.figures.rheology import flow_curves
-from softslip.analysis.figures.stability import stability_limit, stability_map
-from softslip.analysis.figures.tradeoff import extrapolation, tradeoff
-from softslip.analysis.figures.trajectory import trajectory
-from softslip.analysis.figures.transient import creep
-from softslip.analysis.figures.validation import validation
-from softslip.analysis.figures.velocity import profiles
+from softslip.files.products import FIGURES
 
-__all__ = [
-    "benchmark",
-    "creep",
-    "extrapolation",
-    "flow_curves",
-    "lineage",
-    "profiles",
-    "save_figure",
-    "snapshot",
-    "stability_limit",
-    "stability_map",
-    "tradeoff",
-    "trajectory",
-    "validation",
-]
+__all__ = ["draw", "lineage", "save_figure"]
+
+
+def draw(name: str, *datasets: xr.Dataset) -> Figure:
+    """Draw one of `files.products.FIGURES` from the datasets that it shows."""
+    figure: Figure = resolve_name(FIGURES[name].function)(*datasets)
+    return figure

@@ -8,19 +8,16 @@ from softslip.analysis.observables.fields import heterogeneity, mean_profile, no
 from softslip.analysis.observables.seeds import mean_over_seeds
 from softslip.analysis.observables.series import parameters_of
 from softslip.analysis.observables.steady import steady_state
-from softslip.analysis.observables.tables import collect, creep, flow_curve, profiles
+from softslip.analysis.observables.tables import collect
 from softslip.analysis.observables.timescales import slip_time, yielding_time
 
 __all__ = [
     "collect",
-    "creep",
-    "flow_curve",
     "heterogeneity",
     "mean_over_seeds",
     "mean_profile",
     "non_affine_velocity",
     "parameters_of",
-    "profiles",
     "slip_time",
     "steady_state",
     "yielding_time",

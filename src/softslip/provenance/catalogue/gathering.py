@@ -1,16 +1,14 @@
 """Tables over runs, with the labels of the runs that they were made from."""
 
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Any, Literal
+from pkgutil import resolve_name
+from typing import Any
 
 import xarray as xr
 
-from softslip.analysis import observables
 from softslip.errors import ConfigError
 from softslip.files.products import TABLES
 from softslip.messages import brief
-
-TableName = Literal["flow_curve", "creep", "profiles"]
 
 
 def check_table(table: str) -> None:
@@ -53,4 +51,5 @@ def gather_table(
                 parents.append(xr.Dataset(attrs=records.attrs))
             yield labels, records
 
-    return getattr(observables, table)(noted()), parents
+    gathered: xr.Dataset = resolve_name(TABLES[table].function)(noted())
+    return gathered, parents

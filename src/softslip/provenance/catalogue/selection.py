@@ -26,7 +26,7 @@ from softslip.files.storage import read_dataset
 from softslip.messages import brief, file_text
 from softslip.provenance.attribution import PROVENANCE
 from softslip.provenance.catalogue.conditions import MISSING, Condition, parse
-from softslip.provenance.catalogue.gathering import TableName, check_table, gather_table
+from softslip.provenance.catalogue.gathering import check_table, gather_table
 from softslip.provenance.catalogue.runs import (
     BY_BEGINNING,
     DONE,
@@ -248,7 +248,7 @@ class Results:
         one = run if isinstance(run, StoredRun) else self.find(run)
         return read_dataset(one.path, stage=one.stage, run=one.run)
 
-    def dataset(self, table: TableName = "flow_curve") -> xr.Dataset:
+    def dataset(self, table: str = "flow_curve") -> xr.Dataset:
         """Gather the chosen runs along the swept parameters.
 
         Parameters
@@ -266,7 +266,7 @@ class Results:
         """
         return self.gathered(table)[0]
 
-    def gathered(self, table: TableName = "flow_curve") -> tuple[xr.Dataset, list[xr.Dataset]]:
+    def gathered(self, table: str = "flow_curve") -> tuple[xr.Dataset, list[xr.Dataset]]:
         """Return what `dataset` does, and the labels of each run that it was made from.
 
         The labels are datasets without data, as `provenance.attribution.Job.labels` wants them.

@@ -4,12 +4,13 @@ import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 
 from softslip.config.scenario import FOLDER, Scenario, load_scenario
 from softslip.errors import ConfigError, DatasetError
-from softslip.files.products import Wanted, wanted
-from softslip.files.stamps import FIGURE, check_figure
+from softslip.files.layout import FIGURE
+from softslip.files.products import ExpectedResult, expected_results
+from softslip.files.stamps import check_figure
 from softslip.files.storage import read_dataset
 from softslip.messages import brief, file_text
 from softslip.provenance.archive import usual_place
@@ -72,7 +73,7 @@ class Result:
 
     Attributes
     ----------
-    wanted
+    expected
         Which it is.
     product
         Its labels.
@@ -82,7 +83,7 @@ class Result:
         What Snakemake noted of its job, None where it was done without.
     """
 
-    wanted: Wanted
+    expected: ExpectedResult
     product: Product
     file: CrateFile
     benchmark: CrateFile | None
@@ -90,7 +91,7 @@ class Result:
     @property
     def rule(self) -> str:
         """The step that made it."""
-        return self.wanted.rule
+        return self.expected.rule
 
 
 @dataclass(frozen=True)
@@ -165,7 +166,7 @@ def collect(
     """
     scenario = load_scenario(name_or_path)
     folder = results or Path("results") / scenario.name
-    every = list(wanted(scenario))
+    every = list(expected_results(scenario))
     missing = [each.name for each in every if not (folder / each.name).exists()]
     if missing and (not partial or len(missing) == len(every)):
         remedy = "" if len(missing) == len(every) else ", or give --partial"
@@ -186,7 +187,7 @@ def collect(
     return contents
 
 
-def _checked(each: Wanted, folder: Path, top: str) -> Result:
+def _checked(each: ExpectedResult, folder: Path, top: str) -> Result:
     """Read a result and make sure that it is what its name says, and whole."""
     path = folder / each.name
     file = crate_file(f"{top}/{each.name}", path)
@@ -198,8 +199,7 @@ def _checked(each: Wanted, folder: Path, top: str) -> Result:
     names = {"stage": (product.stage, each.stage), "run": (product.run, each.run)}
     if each.stage == FIGURE:
         # Which figure it is, only its title says.
-        stem = PurePosixPath(each.name).stem
-        names["title"] = (product.title, stem if each.rule == "figure" else each.rule)
+        names["title"] = (product.title, each.figure)
     for key, (stated, due) in names.items():
         if stated != due:
             raise DatasetError(f"{file_text(path)}: is of {key} {stated!r}, not {due!r}")

@@ -196,7 +196,7 @@ def value_id(path: str, place: int) -> str:
 def action_id(result: Result) -> str:
     """Return the identifier of what made a result: another for every time that it is made."""
     product = result.product
-    return f"#{result.rule}/{PurePosixPath(result.wanted.name).stem}/{product.record[:16]}"
+    return f"#{result.rule}/{PurePosixPath(result.expected.name).stem}/{product.record[:16]}"
 
 
 def one_or_all(values: Sequence[Any]) -> Any:

@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from softslip.files.products import rules_before
+
 
 @dataclass(frozen=True)
 class WorkflowStep:
@@ -29,18 +31,23 @@ class WorkflowStep:
     is_output: bool = True
 
 
-STEPS: Mapping[str, WorkflowStep] = {
-    "packing": WorkflowStep("packing", "Packs discs with LAMMPS", (), True, False),
-    "expansion": WorkflowStep("expansion", "Grows discs into membranes", ("packing",), True, False),
-    "ageing": WorkflowStep(
-        "ageing", "Relaxes membranes at zero stress", ("expansion",), True, False
-    ),
-    "shear": WorkflowStep("shear", "Shears an aged packing", ("ageing",), True),
-    "gather": WorkflowStep(
-        "gather", "Gathers the runs of the scenario into a table", ("shear",), True
-    ),
-    "fit": WorkflowStep("fit", "Fits flow and slip laws to the flow curve", ("gather",)),
-    "figure": WorkflowStep("draw", "Draws a figure from tables", ("gather", "fit")),
-    "snapshot": WorkflowStep("draw", "Draws the particles of a run", ("shear",)),
-}
+def _step(
+    rule: str, purpose: str, command: str = "", *, takes_scenario: bool = False, **others: bool
+) -> tuple[str, WorkflowStep]:
+    step = WorkflowStep(command or rule, purpose, rules_before(rule), takes_scenario, **others)
+    return rule, step
+
+
+STEPS: Mapping[str, WorkflowStep] = dict(
+    (
+        _step("packing", "Packs discs with LAMMPS", takes_scenario=True, is_output=False),
+        _step("expansion", "Grows discs into membranes", takes_scenario=True, is_output=False),
+        _step("ageing", "Relaxes membranes at zero stress", takes_scenario=True, is_output=False),
+        _step("shear", "Shears an aged packing", takes_scenario=True),
+        _step("gather", "Gathers the runs of the scenario into a table", takes_scenario=True),
+        _step("fit", "Fits flow and slip laws to the flow curve"),
+        _step("figure", "Draws a figure from tables", "draw"),
+        _step("snapshot", "Draws the particles of a run", "draw"),
+    )
+)
 """Steps of the workflow, each after those whose results it reads."""

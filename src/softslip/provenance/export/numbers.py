@@ -127,7 +127,7 @@ def figure_table(path: Path, results: Path | None = None) -> tuple[Table, tuple[
             f"that do are {', '.join(FIGURES)}"
         )
     datasets = [_found(path, parent, results) for parent in product.parents]
-    drawn = getattr(figures, name)(*datasets)
+    drawn = figures.draw(name, *datasets)
     sources = (
         f"figure with content_sha256 {product.content}",
         *(

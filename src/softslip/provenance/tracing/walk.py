@@ -6,7 +6,9 @@ from pathlib import Path
 
 from softslip.config.stages import STAGES
 from softslip.errors import DatasetError
-from softslip.files.stamps import FIGURE, check_figure
+from softslip.files.layout import FIGURE
+from softslip.files.products import DATASETS, FITS
+from softslip.files.stamps import check_figure
 from softslip.files.storage import read_dataset
 from softslip.messages import file_text
 from softslip.provenance.archive import FOUND, REPLACED, Archive
@@ -104,7 +106,7 @@ class _Walk:
         dataset, variable, places = values.dataset, values.variable, values.places
         if RUN in dataset:
             return cells_of(dataset, variable, places)
-        if root.stage != "fits":
+        if root.stage != FITS:
             return None
         try:
             curve = self._curve(values.product, root)
@@ -123,7 +125,7 @@ class _Walk:
     def _curve(self, product: Product, root: Node) -> Node | None:
         """Return the flow curve that laws were fitted to, None where it is not there."""
         for parent in product.parents:
-            if parent.stage == "flow_curve":
+            if parent.stage in DATASETS[FITS].parents:
                 node = self._node(parent, root)
                 return node if node.state == FOUND else None
         return None

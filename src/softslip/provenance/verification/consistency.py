@@ -16,9 +16,8 @@ from softslip.config.fields import group
 from softslip.config.parameters import Parameters
 from softslip.config.scenario import Scenario
 from softslip.config.stages import STAGES, stage_ids, stage_paths
-from softslip.files.layout import DATASET
-from softslip.files.products import FITS, SNAPSHOT, TABLES, wanted
-from softslip.files.stamps import FIGURE
+from softslip.files.layout import DATASET, FIGURE
+from softslip.files.products import DATASETS, FITS, SNAPSHOT, TABLES, expected_results
 from softslip.messages import brief, file_text
 from softslip.provenance.archive import Archive, usual_place
 from softslip.provenance.attribution import UNKNOWN
@@ -28,8 +27,10 @@ from softslip.provenance.trees import flat_tree, value_in
 from softslip.provenance.verification.examination import RIGHT, Examination
 from softslip.provenance.verification.job_record import CLOCK_SLACK, is_after, job_faults
 
-CODE = {**{stage: stage for stage in STAGES}, **dict.fromkeys(TABLES, "gather"), FITS: "fit"} | {
-    FIGURE: "draw"
+CODE = {
+    **{stage: stage for stage in STAGES},
+    **{table.name: table.rule for table in DATASETS.values()},
+    FIGURE: "draw",
 }
 """Whose fingerprint is that of the code that made a product."""
 
@@ -42,7 +43,7 @@ class Remark(str):
 
 def expected(scenario: Scenario) -> tuple[str, ...]:
     """Return every product of a scenario below its folder, each after what it is made from."""
-    return tuple(each.name for each in wanted(scenario))
+    return tuple(each.name for each in expected_results(scenario))
 
 
 @dataclass
@@ -75,7 +76,7 @@ class Consistency:
             return product.run not in self._ids[product.stage]
         if product.stage == FIGURE and product.title == SNAPSHOT:
             return product.run not in self._ids["shear"]
-        known = (*TABLES, FITS, FIGURE)
+        known = (*DATASETS, FIGURE)
         return product.stage not in known or dict(product.parameters) != self._parameters
 
     def is_of_other_code(self, product: Product) -> bool:

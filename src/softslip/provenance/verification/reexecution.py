@@ -18,9 +18,8 @@ import numpy as np
 
 from softslip.config.scenario import FOLDER as SCENARIOS
 from softslip.errors import CheckpointError, DatasetError
-from softslip.files.layout import CHECKPOINTS
+from softslip.files.layout import CHECKPOINTS, FIGURE
 from softslip.files.products import FITS, TABLES
-from softslip.files.stamps import FIGURE
 from softslip.messages import file_text
 from softslip.provenance.archive import Archive
 from softslip.provenance.fingerprints import fingerprint

@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from softslip.files.products import FITS, TABLES
+
 EARLY_STRAIN = 0.5
 """Strain up to which two runs stay together: differences of rounding grew about tenfold for each
 unit of strain in the runs that tolerances were chosen from."""
@@ -81,8 +83,8 @@ TOLERANCES: Mapping[str, tuple[Tolerance, Mapping[str, Tolerance]]] = {
             **dict.fromkeys(("field_x", "field_y"), ROUNDING),
         },
     ),
-    **dict.fromkeys(("flow_curve", "creep", "profiles"), (SUMS, {})),
-    "fits": (FITTED, {}),
+    **dict.fromkeys(TABLES, (SUMS, {})),
+    FITS: (FITTED, {}),
 }
 """For each stage the tolerance of its quantities, and those that have one of their own."""
 
