@@ -106,7 +106,7 @@ def _opened(source: str, results: Path | None) -> "Results":
 
 def _gather(chosen: "Results", table: str, output: Path, job: Job, source: str) -> None:
     """Write the chosen runs' data as one dataset, with what it was made from."""
-    gathered, parents = chosen.gathered(table)  # type: ignore[arg-type]
+    gathered, parents = chosen.gathered(table)
     labels = job.labels(parents, fingerprint=fingerprint("gather"))
     labelled = gathered.assign_attrs(parameters=chosen.as_json(), **labels)
     name = Path(source).name.removesuffix(".yaml") or "results"
