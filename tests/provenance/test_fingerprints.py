@@ -36,7 +36,7 @@ STARTED = "bench tradeoff stability"
 TABLE = [
     ("", "solver solver.mobility simulation simulation.checkpoint simulation.interruption"),
     ("", "simulation.keeper analysis studies studies.publish studies.study"),
-    ("", "studies.markdown studies.stability.map_markdown studies.tradeoff"),
+    ("", "studies.stability.map_markdown studies.tradeoff"),
     ("", "studies.validation.errors_markdown"),
     ("", "studies.tradeoff.choose studies.tradeoff.accuracy_markdown"),
     # These only collect names.
@@ -68,7 +68,7 @@ TABLE = [
     ("draw", "analysis.paper analysis.figures analysis.figures.*"),
     (MEASURED, "studies.scenes studies.timing"),
     ("bench tradeoff", "studies.bench.trajectories studies.interval_means"),
-    ("bench", "studies.bench.*"),
+    ("bench", "studies.bench.* studies.markdown"),
     ("validation", "studies.validation studies.validation.*"),
     ("tradeoff", "studies.tradeoff.*"),
     ("stability", "studies.stability.*"),
