@@ -125,20 +125,27 @@ def stage_ids(parameters: Parameters) -> dict[str, str]:
     ids: dict[str, str] = {}
     parent: str | None = None
     for stage in STAGES:
-        parent = ids[stage] = _identity(stage, parent, *_OWN_VALUES[stage](parameters))
+        values = json.dumps(_OWN_VALUES[stage](parameters), allow_nan=False)
+        parent = ids[stage] = _identity(stage, parent, values)
     return ids
 
 
-@lru_cache(maxsize=4096, typed=True)
-def _identity(stage: str, parent: str | None, *values: Any) -> str:
-    """Return a stage's identity; the runs of a sweep share most of their earlier stages."""
-    held = {path: _canonical(value) for path, value in zip(_OWN_PATHS[stage], values, strict=True)}
+@lru_cache(maxsize=4096)
+def _identity(stage: str, parent: str | None, values: str) -> str:
+    """Return a stage's identity; the runs of a sweep share most of their earlier stages.
+
+    The values are JSON, in which numbers that are written alike are alike.
+    """
+    held = {
+        path: _canonical(value)
+        for path, value in zip(_OWN_PATHS[stage], json.loads(values), strict=True)
+    }
     content = {"stage": stage, "parent": parent, "parameters": held}
     text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode("ascii")).hexdigest()[:ID_DIGITS]
 
 
 def _canonical(value: Any) -> Any:
-    if isinstance(value, tuple):
+    if isinstance(value, tuple | list):
         return [_canonical(item) for item in value]
     return value + 0.0 if isinstance(value, float) else value  # Makes -0.0 the same as 0.0.
