@@ -7,7 +7,8 @@ from typing import Annotated
 import typer
 from rich.filesize import decimal
 
-from softslip.cli.common import Results, ScenarioName, one_line_errors
+from softslip.cli.common import Results, one_line_errors
+from softslip.cli.naming import ResultsName, scenario_of
 from softslip.errors import ConfigError
 from softslip.messages import brief
 
@@ -38,7 +39,7 @@ _ADDRESS = re.compile(r"https?://[^\s<>\"{}|\\^`]+")
 @app.command()
 @one_line_errors
 def crate(
-    scenario: ScenarioName,
+    scenario: ResultsName,
     results: Results = None,
     folder: Folder = None,
     archive: Archive = None,
@@ -67,6 +68,7 @@ def crate(
         check_archive(archive)
     if folder is not None:
         check_folder(folder)
+    scenario, results = scenario_of(scenario, results)
     contents = collect(scenario, results, partial=partial)
     if folder is None and archive is None:
         top = results or Path("results") / contents.scenario.name

@@ -1,6 +1,7 @@
 """`softslip draw`: a figure from datasets."""
 
 import json
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -8,9 +9,10 @@ import typer
 import xarray as xr
 
 from softslip.cli.common import Output, one_line_errors
+from softslip.cli.naming import file_named
 from softslip.errors import ConfigError
-from softslip.files.layout import FIGURE
-from softslip.files.products import ANY_MORE, FIGURES
+from softslip.files.layout import DATASET, FIGURE
+from softslip.files.products import ANY_MORE, FIGURES, FITS, TABLES
 from softslip.files.storage import read_dataset
 from softslip.messages import brief
 from softslip.provenance.attribution import Job, parents_of
@@ -25,7 +27,9 @@ FigureName = Annotated[str, typer.Argument(metavar="FIGURE", help=f"One of {', '
 @one_line_errors
 def draw(
     figure: FigureName,
-    data: Annotated[list[Path], typer.Argument(help="Datasets that the figure shows.")],
+    data: Annotated[
+        list[Path], typer.Argument(help="Datasets that it shows, or a scenario or folder.")
+    ],
     output: Output,
 ) -> None:
     """Draw a figure from datasets."""
@@ -51,6 +55,9 @@ def draw(
 def _datasets(figure: str, data: list[Path]) -> list[xr.Dataset]:
     """Read what a figure shows, and refuse files of another kind or too few or many of them."""
     kinds = list(FIGURES[figure].parents)
+    if len(data) == 1 and set(kinds) <= {*TABLES, FITS}:
+        names = [f"{kind}{DATASET}" for kind in kinds]
+        data = data if os.path.isfile(data[0]) else [file_named(data[0], name) for name in names]
     if kinds[-1] == ANY_MORE:
         kinds[-1:] = [kinds[-2]] * (len(data) - len(kinds) + 1)
     if len(kinds) != len(data):

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from softslip.cli.common import check_output, one_line_errors
+from softslip.cli.naming import overview_file
 
 app = typer.Typer()
 
@@ -14,7 +15,11 @@ SUFFIX = ".csv"
 """Of the files that are written."""
 
 Target = Annotated[
-    str, typer.Argument(metavar="TARGET", help="Figure, dataset.nc or dataset.nc:variable.")
+    str,
+    typer.Argument(
+        metavar="TARGET",
+        help="Figure, dataset.nc, dataset.nc:variable, folder of results or scenario.",
+    ),
 ]
 CsvOutput = Annotated[
     Path | None, typer.Option("--output", help="File to write; standard output by default.")
@@ -33,7 +38,7 @@ def export(target: Target, csv: CsvOutput = None, results: FigureData = None) ->
 
     if csv is not None:
         check_output(csv, "output", [SUFFIX])
-    table, notes = target_table(target, results)
+    table, notes = target_table(overview_file(target), results)
     for note in notes:
         print(note, file=sys.stderr)
     if csv is None:

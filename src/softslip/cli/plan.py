@@ -11,7 +11,8 @@ from rich.filesize import decimal
 from rich.table import Table
 from rich.text import Text
 
-from softslip.cli.common import AsJson, Results, ScenarioName, one_line_errors
+from softslip.cli.common import AsJson, Results, one_line_errors
+from softslip.cli.naming import ResultsName, scenario_of
 from softslip.cli.status import counted, duration, uncollected
 from softslip.config.scenario import Scenario, load_scenario
 from softslip.config.stages import STAGES
@@ -38,7 +39,7 @@ Table_ = Annotated[Path, typer.Argument(metavar="FILE", help="The table to write
 @app.command()
 @one_line_errors
 def plan(
-    scenario: ScenarioName,
+    scenario: ResultsName,
     results: Results = None,
     as_json: AsJson = False,
     against: Against = None,
@@ -51,6 +52,7 @@ def plan(
     """
     from softslip.operations.plan import make_plan
 
+    scenario, results = scenario_of(scenario, results)
     with uncollected():
         loaded = load_scenario(scenario)
         other = None if against is None else load_scenario(against)

@@ -14,7 +14,8 @@ from rich.text import Text
 from softslip.cli.common import AsJson, check_output, one_line_errors
 from softslip.cli.common import Results as ResultsFolder
 from softslip.cli.export import SUFFIX
-from softslip.config.scenario import FOLDER, load_scenario
+from softslip.cli.naming import is_scenario, not_there, refuse_second_folder, results_folder
+from softslip.config.scenario import load_scenario
 from softslip.errors import ConfigError
 from softslip.files.storage import replacing, write_dataset
 from softslip.messages import brief, file_text, printable
@@ -31,7 +32,9 @@ SHORTENED = {"commit": 10, "fingerprint": 10, "environment": 10, "lock_sha256": 
 
 Source = Annotated[
     str,
-    typer.Argument(metavar="SCENARIO_OR_FOLDER", help="Scenario, or a folder with results."),
+    typer.Argument(
+        metavar="SCENARIO_OR_FOLDER", help="Scenario, a folder of results, or a file in it."
+    ),
 ]
 Expression = Annotated[
     str, typer.Argument(metavar="EXPR", help="Such as 'roughness == 0 and stress > 0.1'.")
@@ -73,7 +76,8 @@ def query(
     wanted = [name.strip() for name in columns.split(",")] if columns.strip() else []
     frame = chosen.table(wanted)
     if output is not None:
-        _gather(chosen, table, output, job, source)
+        name = source if is_scenario(source) else chosen.folder.name
+        _gather(chosen, table, output, job, name)
     if csv is not None:
         with replacing(csv) as temporary:
             frame.to_csv(temporary, index=False, lineterminator="\n")
@@ -89,15 +93,11 @@ def _opened(source: str, results: Path | None) -> "Results":
     from softslip.operations.status import scenario_status
     from softslip.provenance.catalogue.opening import open_results, scenario_results
 
-    named = source.endswith(".yaml") or os.path.isfile(FOLDER / f"{source}.yaml")
-    if not named and os.path.isdir(source):
-        if results is not None:
-            raise ConfigError("results", brief(str(results)), "is given with a folder", "give one")
-        return open_results(source)
-    if not named and "/" in source:
-        raise ConfigError(
-            "folder", brief(source), "is no folder", "give a scenario or a folder of results"
-        )
+    if not is_scenario(source) and os.path.exists(source):
+        refuse_second_folder(results)
+        return open_results(source if os.path.isdir(source) else results_folder(Path(source)))
+    if not is_scenario(source) and "/" in source:
+        raise not_there(source)
     scenario = load_scenario(source)
     folder = results or Path("results") / scenario.name
     states = {(run.stage, run.run): run.state for run in scenario_status(scenario, folder).runs}

@@ -11,7 +11,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from softslip.cli.common import Output, Results, ScenarioName, one_line_errors, tell_choice
+from softslip.cli.common import Output, Results, one_line_errors, tell_choice
+from softslip.cli.naming import ResultsName, file_named, scenario_of
 from softslip.config.reference import write_references
 from softslip.config.scenario import Scenario, load_scenario
 from softslip.config.stages import STAGES
@@ -40,12 +41,13 @@ TableName = Annotated[str, typer.Argument(metavar="TABLE", help=f"One of {', '.j
 @app.command()
 @one_line_errors
 def gather(
-    table: TableName, scenario: ScenarioName, output: Output, results: Results = None
+    table: TableName, scenario: ResultsName, output: Output, results: Results = None
 ) -> None:
     """Gather the finished runs of a scenario into one dataset."""
     from softslip.provenance.catalogue.gathering import check_table, gather_table
 
     check_table(table)
+    scenario, results = scenario_of(scenario, results)
     loaded = load_scenario(scenario)
     gathered, parents = gather_table(table, _finished(loaded, results))
     labelled = gathered.assign_attrs(
@@ -57,13 +59,16 @@ def gather(
 @app.command()
 @one_line_errors
 def fit(
-    flow_curve: Annotated[Path, typer.Argument(help="Dataset that `gather flow_curve` wrote.")],
+    flow_curve: Annotated[
+        Path,
+        typer.Argument(help="Dataset that `gather flow_curve` wrote, its folder, or a scenario."),
+    ],
     output: Output,
 ) -> None:
     """Fit the flow law and the slip laws to a flow curve, and say which could be fitted."""
     from softslip.analysis import fits
 
-    curve = read_dataset(flow_curve, stage="flow_curve")
+    curve = read_dataset(file_named(flow_curve, "flow_curve.nc"), stage="flow_curve")
     laws = fits.fit_laws(curve).assign_attrs(
         parameters=curve.attrs.get("parameters", "{}"),
         **Job().labels([curve], fingerprint=fingerprint("fit")),
@@ -75,8 +80,9 @@ def fit(
 
 @app.command()
 @one_line_errors
-def runs(scenario: ScenarioName, results: Results = None) -> None:
+def runs(scenario: ResultsName, results: Results = None) -> None:
     """List the runs of a scenario with the IDs of their stages; finished ones are ticked."""
+    scenario, results = scenario_of(scenario, results)
     loaded = load_scenario(scenario)
     folder = results or Path("results") / loaded.name
     table = Table(title=Text(f"{loaded.name}: {loaded.description}"))

@@ -17,7 +17,8 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from softslip.cli.common import AsJson, Results, ScenarioName, one_line_errors
+from softslip.cli.common import AsJson, Results, one_line_errors
+from softslip.cli.naming import ResultsName, scenario_of
 from softslip.config.scenario import Scenario, load_scenario
 from softslip.config.stages import STAGES
 from softslip.errors import ConfigError
@@ -54,7 +55,7 @@ DryRun = Annotated[bool, typer.Option("--dry-run", help="Only say what would be 
 @app.command()
 @one_line_errors
 def status(
-    scenario: ScenarioName,
+    scenario: ResultsName,
     results: Results = None,
     as_json: AsJson = False,
     every: Every = False,
@@ -65,6 +66,7 @@ def status(
 
     if as_json and watch is not None:
         raise ConfigError("watch", watch, "is given with --json", "leave out one of the two")
+    scenario, results = scenario_of(scenario, results)
     with uncollected():
         loaded = load_scenario(scenario)
     folder = results or Path("results") / loaded.name
@@ -265,7 +267,7 @@ def _holder(holder: "Holder | None") -> dict[str, Any] | None:
 @app.command()
 @one_line_errors
 def clean(
-    scenario: ScenarioName,
+    scenario: ResultsName,
     results: Results = None,
     everything: AllCheckpoints = False,
     dry_run: DryRun = False,
@@ -274,6 +276,7 @@ def clean(
     from softslip.operations.leftovers import remove
     from softslip.operations.status import scenario_status
 
+    scenario, results = scenario_of(scenario, results)
     loaded = load_scenario(scenario)
     folder = results or Path("results") / loaded.name
     found = scenario_status(loaded, folder).leftovers(everything)

@@ -13,6 +13,7 @@ from rich.text import Text
 from rich.tree import Tree
 
 from softslip.cli.common import FAILURE_EXIT, AsJson, Results, check_output, one_line_errors
+from softslip.cli.naming import overview_file
 from softslip.config.stages import STAGES
 from softslip.messages import file_text
 
@@ -33,7 +34,7 @@ TargetText = Annotated[
     str,
     typer.Argument(
         metavar="TARGET",
-        help="A figure, a dataset, or a value such as "
+        help="A scenario, a folder of results, a figure, a dataset, or a value such as "
         "results/demo/fits.nc:yield_stress[roughness=0].",
     ),
 ]
@@ -58,7 +59,7 @@ def trace_command(
 
     if graph is not None:
         _check_graph(graph)
-    found = trace(read_target(target), results)
+    found = trace(read_target(overview_file(target)), results)
     if as_json:
         print(json.dumps(_as_mapping(found)))
     else:

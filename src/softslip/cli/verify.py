@@ -16,7 +16,8 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 from rich.table import Table
 from rich.text import Text
 
-from softslip.cli.common import FAILURE_EXIT, AsJson, Results, ScenarioName, one_line_errors
+from softslip.cli.common import FAILURE_EXIT, AsJson, Results, one_line_errors
+from softslip.cli.naming import ResultsName, scenario_of
 from softslip.config.scenario import load_scenario
 from softslip.errors import ConfigError
 from softslip.files.storage import replacing
@@ -56,7 +57,7 @@ MOST_NAMED = 10
 @app.command()
 @one_line_errors
 def verify(
-    scenario: ScenarioName,
+    scenario: ResultsName,
     results: Results = None,
     sample: Sample = None,
     full: Full = False,
@@ -75,6 +76,7 @@ def verify(
 
     started, clock = datetime.now(UTC), time.monotonic()
     _check_options(sample, full, stretch, seed, report)
+    scenario, results = scenario_of(scenario, results)
     loaded = load_scenario(scenario)
     folder = results or Path("results") / loaded.name
     with _bar("reading") as advance:
