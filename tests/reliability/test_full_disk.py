@@ -34,7 +34,12 @@ def with_results(chain: Chain, folder: Path, stage: str) -> dict[Path, bytes]:
     if stage in KEPT:
         slow = {"slow_down": {"seconds": 0.1}}
         every = ("--checkpoint-interval", 0)
-        chain.run(folder, stage, *every, after=chain.seconds[stage] + 0.4, sabotage=slow)
+        # Killed between the two renames, or before the second checkpoint, it leaves only one.
+        for attempt in range(1, 6):
+            after = chain.seconds[stage] + 0.4 * attempt
+            chain.run(folder, stage, *every, after=after, sabotage=slow)
+            if len(list(folder.rglob(f"*{SUFFIX}"))) == 2:
+                break
         assert len(list(folder.rglob(f"*{SUFFIX}"))) == 2
         for part in folder.rglob("*.part"):
             part.unlink()
@@ -73,7 +78,8 @@ def test_a_file_that_may_not_grow(
     """The limit may strike a checkpoint or, where none is due, the result."""
     counts = tally("limits of file sizes")
     before = with_results(chain, tmp_path / "before", stage)
-    largest = max(map(len, before.values()))
+    # What a file says of its making may take some bytes more another time.
+    largest = max(map(len, before.values())) + 256
     for size in sizes_below(largest, count):
         for interval in (0, 1e6) if stage in KEPT else (None,):
             words = () if interval is None else ("--checkpoint-interval", interval)

@@ -850,5 +850,6 @@ def test_integrators_know_no_physics():
         if name and name.startswith("softslip")
     }
     assert {name for name in imported if not name.startswith("softslip.solver.integrators")} == {
-        "softslip.errors"
+        "softslip.errors",
+        "softslip.solver.stepper_memory",
     }

@@ -7,7 +7,7 @@ from typing import Any, Self
 import numpy as np
 
 from softslip.solver.geometry import FloatArray, Layout
-from softslip.solver.integrators import Memory
+from softslip.solver.stepper_memory import Memory
 
 
 @dataclass(frozen=True)

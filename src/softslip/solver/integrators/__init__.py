@@ -2,7 +2,8 @@
 
 from softslip.solver.integrators.chebyshev import rkc2
 from softslip.solver.integrators.explicit import euler
-from softslip.solver.integrators.stepping import Accuracy, Integrator, Memory, Rate, Step, Vector
+from softslip.solver.integrators.stepping import Accuracy, Integrator, Rate, Step
+from softslip.solver.stepper_memory import Memory, Vector
 
 __all__ = [
     "INTEGRATORS",

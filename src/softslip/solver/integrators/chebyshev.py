@@ -13,16 +13,8 @@ import numpy as np
 
 from softslip.errors import NumericalError
 from softslip.solver.integrators.spectral import with_radius
-from softslip.solver.integrators.stepping import (
-    Accuracy,
-    Memory,
-    Rate,
-    Step,
-    StepStart,
-    Vector,
-    compiled,
-    landing,
-)
+from softslip.solver.integrators.stepping import Accuracy, Rate, Step, StepStart, compiled, landing
+from softslip.solver.stepper_memory import Memory, Vector
 
 DAMPING = 2.0 / 13.0
 """ε: all modes but the slow ones lose at least about ε/3 a step, for 2 % of the stable step."""

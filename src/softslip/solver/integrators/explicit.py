@@ -4,15 +4,8 @@ import numpy as np
 
 from softslip.errors import NumericalError
 from softslip.solver.integrators.spectral import with_radius
-from softslip.solver.integrators.stepping import (
-    Accuracy,
-    Memory,
-    Rate,
-    Step,
-    StepStart,
-    Vector,
-    landing,
-)
+from softslip.solver.integrators.stepping import Accuracy, Rate, Step, StepStart, landing
+from softslip.solver.stepper_memory import Memory, Vector
 
 REACH = 2.0
 """Stable Δt times spectral radius of real, negative eigenvalues."""

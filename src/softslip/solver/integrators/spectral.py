@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from softslip.errors import NumericalError
-from softslip.solver.integrators.stepping import Memory, Rate, StepStart, Vector, compiled
+from softslip.solver.integrators.stepping import Rate, StepStart, compiled
+from softslip.solver.stepper_memory import Memory, Vector
 
 RADIUS_CHANGE = 0.01
 """Relative change between two power iterations at which the estimate is taken as converged.

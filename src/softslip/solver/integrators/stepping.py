@@ -2,14 +2,13 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Protocol
 
 import numba as nb
-import numpy as np
-from numpy.typing import NDArray
 
-Vector = NDArray[np.float64]
+from softslip.solver.stepper_memory import Memory, Vector
+
 Rate = Callable[[Vector, float], Vector]
 """dy/dt of (y, t). It leaves y alone and returns an array that it never writes to again."""
 
@@ -17,40 +16,6 @@ _LANDING = 1e-9  # relative excess over the wanted step that is not worth anothe
 
 compiled = nb.njit(cache=True, fastmath={"contract", "reassoc", "nsz", "arcp"}, error_model="numpy")
 """How the loops of the steppers are compiled: with the freedoms that hide no NaN or Inf."""
-
-
-@dataclass(frozen=True)
-class Memory:
-    """What a stepper remembers from one step to the next.
-
-    Stored with the solution, it lets a run go on bit for bit.
-
-    Parameters
-    ----------
-    step_size
-        Δt that the next step would like; 0 before the first step.
-    spectral_radius
-        Estimated spectral radius of the Jacobian of the rate [1/time]; 0 before the first estimate.
-    radius_age
-        Accepted steps since that estimate.
-    direction
-        Vector along which the rate changes fastest: where the next power iteration starts. Of size
-        0 before the first estimate.
-    """
-
-    step_size: float
-    spectral_radius: float
-    radius_age: int
-    direction: Vector
-
-    @classmethod
-    def start(cls, step: float) -> "Memory":
-        """Return the memory of a run that has not begun and would like ``step`` first."""
-        return cls(step_size=step, spectral_radius=0.0, radius_age=0, direction=np.empty(0))
-
-    def older(self) -> "Memory":
-        """Return the same memory after one more accepted step."""
-        return replace(self, radius_age=self.radius_age + 1)
 
 
 @dataclass(frozen=True)
