@@ -1,7 +1,7 @@
 # Side-by-side benchmarks, which no scenario changes. Not part of the default target:
 # `snakemake --cores 2 bench`.
 
-from softslip.files.products import ANY_MORE, FIGURES, figures_of
+from softslip.files.products import figures_of
 
 BENCHMARKS = {
     "mobility_100": "mobility --particles 100 --fidelity paper",
@@ -11,17 +11,6 @@ BENCHMARKS = {
     "scaling": "scaling",
     "trajectory": "trajectory",
 }
-
-# The benchmark figure's datasets, that of the bars over N first.
-COMPARED = ["scaling", "mobility_100", "mobility_800", "run_100", "run_800"]
-
-
-def compared(wildcards):
-    """Return the datasets that a figure of the benchmarks shows."""
-    parents = FIGURES[wildcards.figure].parents
-    if ANY_MORE in parents:
-        parents = [f"bench/{name}" for name in COMPARED]
-    return [f"results/{parent}.nc" for parent in parents]
 
 
 rule bench:
@@ -54,7 +43,7 @@ rule measure:
 
 rule bench_figure:
     input:
-        compared,
+        benchmarks_drawn,
     output:
         "results/bench/{figure}.png",
     log:

@@ -11,6 +11,7 @@ from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version
 
 from softslip.errors import ConfigError, SoftslipError
+from softslip.files.products import ANY_MORE, FIGURES
 from softslip.provenance.fingerprints import fingerprint
 from softslip.operations.lock import run_lock
 from softslip.operations.leftovers import remove
@@ -119,3 +120,15 @@ def parameters_of(stage):
 def run_labels(wildcards):
     """Name a run's swept values in the report."""
     return LABELS.get(wildcards.run, {})
+
+
+# The benchmark figure's datasets, that of the bars over N first.
+COMPARED = ["scaling", "mobility_100", "mobility_800", "run_100", "run_800"]
+
+
+def benchmarks_drawn(wildcards):
+    """Return the datasets that a figure of the benchmarks shows."""
+    parents = FIGURES[wildcards.figure].parents
+    if ANY_MORE in parents:
+        parents = [f"bench/{name}" for name in COMPARED]
+    return [f"results/{parent}.nc" for parent in parents]
