@@ -30,7 +30,7 @@ class PackingError(SoftslipError):
 
 
 class ExpansionError(SoftslipError):
-    """The membranes could not be grown to the wanted area fraction without crossing."""
+    """The membranes could not be grown to the area fraction of the scenario without crossing."""
 
 
 class NumericalError(SoftslipError):

@@ -29,7 +29,9 @@ def inside(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def call(*words: object) -> Result:
-    return CliRunner().invoke(app, [str(word) for word in words])
+    result = CliRunner().invoke(app, [str(word) for word in words])
+    assert isinstance(result.exception, SystemExit | None), result.exc_info
+    return result
 
 
 @pytest.mark.parametrize("spelling", SPELLINGS)

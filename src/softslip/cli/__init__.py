@@ -10,22 +10,61 @@ from typing import Any
 
 import typer
 
-COMMANDS: Mapping[str, tuple[str, ...]] = {
-    "stages": ("packing", "expansion", "ageing", "shear"),
-    "status": ("status", "clean"),
-    "plan": ("plan", "calibrate"),
-    "results": ("gather", "fit", "runs", "schema"),
-    "query": ("query",),
-    "export": ("export",),
-    "draw": ("draw",),
-    "trace": ("trace",),
-    "verify": ("verify",),
-    "crate": ("crate",),
-    "validate": ("validate",),
-    "bench": ("bench",),
-    "numerics": ("numerics",),
+COMMANDS: Mapping[str, Mapping[str, str]] = {
+    "stages": {
+        "packing": "Pack discs with LAMMPS.",
+        "expansion": "Grow discs into membranes at the area fraction of the scenario.",
+        "ageing": "Relax a packing at zero stress, with hydrodynamics.",
+        "shear": "Shear an aged packing under constant stress or shear rate.",
+    },
+    "status": {
+        "status": "Say how far the runs of a scenario are: done, running, failed, interrupted or "
+        "missing.",
+        "clean": "Remove checkpoints that nobody needs any more, and files left by killed "
+        "processes.",
+    },
+    "plan": {
+        "plan": "Say what snakemake would run for a scenario, what it would reuse, and what that "
+        "takes.",
+        "calibrate": "Measure for some minutes what runs cost here, and write the table that plans start "
+        "from.",
+    },
+    "results": {
+        "gather": "Gather the finished runs of a scenario into one dataset.",
+        "fit": "Fit the flow law and the slip laws to a flow curve, and say which could be fitted.",
+        "runs": "List the runs of a scenario with the IDs of their stages; finished ones are "
+        "ticked.",
+        "schema": "Write config/schema.json, config/defaults.yaml and the table in "
+        "config/README.md.",
+    },
+    "query": {
+        "query": "List the runs that a condition on parameters or provenance holds for.",
+    },
+    "export": {"export": "Write the numbers that a figure shows, or a dataset holds, as CSV."},
+    "draw": {"draw": "Draw a figure from datasets."},
+    "trace": {
+        "trace": "Say what a figure, a dataset or a value was made from, back to seeds, commits "
+        "and hosts.",
+    },
+    "verify": {
+        "verify": "Check the digests and the lineage of all results, and recompute some of them.",
+    },
+    "crate": {
+        "crate": "Pack a scenario's results, and what they were made with, into a Workflow Run "
+        "RO-Crate.",
+    },
+    "validate": {
+        "validate": "Solve a flow whose solution is known, and compare; fails when the error is "
+        "too large.",
+    },
+    "bench": {"bench": "Measure the paper's scheme and the faster ones side by side."},
+    "numerics": {
+        "numerics": "Validate, trade speed for accuracy, and stretch the scheme, as a study asks "
+        "for.",
+    },
 }
-"""Modules of this package, and the commands that each has, in the order of the help."""
+"""Modules of this package, and the commands that each has with their lines in the help, in its
+order. They stand here so that the help imports no command."""
 
 GROUPS = ("validate", "bench", "numerics")
 """Commands that have commands of their own."""
@@ -38,23 +77,25 @@ def commands() -> None:
 
 
 class _Commands(typer.core.TyperGroup):
-    """All commands, each imported when it is asked for."""
+    """All commands; that which is called is imported then."""
 
-    def list_commands(self, ctx: Any) -> list[str]:
-        """Return the names of all commands."""
-        return list(_MODULES)
+    def resolve_command(self, ctx: Any, args: list[str]) -> tuple[str | None, Any, list[str]]:
+        """Return the name, the command and the rest of a line."""
+        name, command, rest = super().resolve_command(ctx, args)
+        return name, _imported(name) if name else command, rest
 
-    def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """Return a command, None where there is none of that name."""
-        if cmd_name not in _MODULES:
-            return super().get_command(ctx, cmd_name)
-        module = importlib.import_module(f"softslip.cli.{_MODULES[cmd_name]}")
-        parent = typer.Typer(add_completion=False, callback=commands)
-        parent.add_typer(module.app, name=cmd_name if cmd_name in GROUPS else None)
-        return typer.main.get_group(parent).commands[cmd_name]
+
+def _imported(name: str) -> Any:
+    module = importlib.import_module(f"softslip.cli.{_MODULES[name]}")
+    parent = typer.Typer(add_completion=False, callback=commands)
+    parent.add_typer(module.app, name=name if name in GROUPS else None)
+    return typer.main.get_group(parent).commands[name]
 
 
 app = typer.Typer(cls=_Commands, add_completion=False, no_args_is_help=True, callback=commands)
+for each in COMMANDS.values():
+    for name, line in each.items():
+        app.command(name, help=line)(commands)
 
 
 def main() -> None:

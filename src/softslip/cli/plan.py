@@ -68,7 +68,7 @@ def plan(
     console.print(shown, crop=False)
 
 
-@app.command(hidden=True)
+@app.command()
 @one_line_errors
 def calibrate(table: Table_) -> None:
     """Measure for some minutes what runs cost here, and write the table that plans start from."""

@@ -104,6 +104,6 @@ def runs(scenario: ResultsName, results: Results = None) -> None:
 @app.command()
 @one_line_errors
 def schema() -> None:
-    """Write config/schema.json, config/defaults.yaml and the table in config/README.md anew."""
+    """Write config/schema.json, config/defaults.yaml and the table in config/README.md."""
     for path in write_references(Path("config")):
         print(path)

@@ -167,7 +167,7 @@ def expansion(
     output: Output,
     parameters: RunParameters = None,
 ) -> None:
-    """Grow discs into membranes at the wanted area fraction."""
+    """Grow discs into membranes at the area fraction of the scenario."""
     from softslip.simulation.expansion import expand
 
     job = _Job(_stage_run(scenario, "expansion", run, parameters), output, parent)

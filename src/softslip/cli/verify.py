@@ -68,7 +68,7 @@ def verify(
     as_json: AsJson = False,
     every: Every = False,
 ) -> None:
-    """Check the digests and the lineage of all results, and make some of them again.
+    """Check the digests and the lineage of all results, and recompute some of them.
 
     The exit status is 0 if all is sound and 1 if there is any problem.
     """
