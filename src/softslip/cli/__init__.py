@@ -26,8 +26,8 @@ COMMANDS: Mapping[str, Mapping[str, str]] = {
     "plan": {
         "plan": "Say what snakemake would run for a scenario, what it would reuse, and what that "
         "takes.",
-        "calibrate": "Measure for some minutes what runs cost here, and write the table that plans start "
-        "from.",
+        "calibrate": "Measure for some minutes what runs cost here, and write the table that "
+        "plans start from.",
     },
     "results": {
         "gather": "Gather the finished runs of a scenario into one dataset.",
