@@ -10,9 +10,7 @@ from typer.testing import CliRunner
 
 from softslip.cli import COMMANDS, GROUPS, app
 
-LINES = [
-    (module, name, line) for module, lines in COMMANDS.items() for name, line in lines.items()
-]
+LINES = [(module, name, line) for module, lines in COMMANDS.items() for name, line in lines.items()]
 
 IMPORTED = """
 import sys
