@@ -66,3 +66,16 @@ def key_text(key: object) -> str:
 def table_row(cells: Iterable[str]) -> str:
     """Return a line of a Markdown table; a bar within a cell stays in it."""
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+
+
+def counted(count: int, noun: str) -> str:
+    """Return a number of things, such as "1 run" or "3 runs"."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def duration(seconds: float) -> str:
+    """Return a time in the unit that suits it."""
+    for unit, length in (("d", 86400.0), ("h", 3600.0), ("min", 60.0)):
+        if seconds >= 2 * length:
+            return f"{seconds / length:.1f} {unit}"
+    return f"{seconds:.0f} s"

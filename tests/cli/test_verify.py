@@ -122,10 +122,10 @@ def test_the_report_says_all_that_was_found(results: Path) -> None:
 def test_a_sample_is_announced_with_its_seed_and_time(results: Path) -> None:
     result = call(results, "--sample", "2", "--seed", "11")
     assert result.exit_code == 0
-    assert "making 2 again, chosen with --seed 11; estimated" in result.stderr
+    assert "recomputing 2 results, chosen with --seed 11; estimated" in result.stderr
     listed = rows(result.stdout)
     assert [row[1:3] for row in listed] == [["sound", "equal (whole)"]] * 2
-    assert result.stdout.endswith("2 made again\n")
+    assert result.stdout.endswith("2 recomputed\n")
 
 
 def test_a_seed_that_was_not_given_can_be_used_again(results: Path) -> None:
@@ -144,7 +144,7 @@ def test_a_forged_figure_is_found_out_by_making_it_again(results: Path) -> None:
     (row, *_) = rows(result.stdout)
     assert row[:3] == ["figures/creep.png", "problem", "differs (whole)"]
     assert "pixels" in row[3]
-    assert "14 made again" in result.stdout
+    assert "14 recomputed" in result.stdout
 
 
 def test_the_report_states_quantities_tolerances_and_reasons(results: Path) -> None:

@@ -13,9 +13,10 @@ from rich.text import Text
 
 from softslip.cli.common import AsJson, Results, one_line_errors
 from softslip.cli.naming import ResultsName, scenario_of
-from softslip.cli.status import counted, duration, uncollected
+from softslip.cli.status import uncollected
 from softslip.config.scenario import Scenario, load_scenario
 from softslip.config.stages import STAGES
+from softslip.messages import counted, duration
 
 if TYPE_CHECKING:
     from softslip.operations.schedule import Plan, PlannedRun, StagePlan

@@ -22,6 +22,7 @@ from softslip.cli.naming import ResultsName, scenario_of
 from softslip.config.scenario import Scenario, load_scenario
 from softslip.config.stages import STAGES
 from softslip.errors import ConfigError
+from softslip.messages import counted, duration
 
 if TYPE_CHECKING:
     from softslip.operations.lock import Holder
@@ -148,11 +149,6 @@ def _summary(scenario: Scenario, found: "ScenarioStatus", remedy: str) -> list[R
     return [Text(f"{scenario.name}: {scenario.description}"), table, *unbroken]
 
 
-def counted(count: int, what: str) -> str:
-    """Return a number of things in words."""
-    return f"{count} {what}" if count == 1 else f"{count} {what}s"
-
-
 def _runs_table(
     scenario: Scenario, found: "ScenarioStatus", every: bool, most: int | None = None
 ) -> list[RenderableType]:
@@ -213,14 +209,6 @@ def _remarks(run: "RunStatus") -> Text:
         words.append(f"{counted(run.damaged, 'checkpoint')} damaged")
     # An error may hold brackets, which are no markup.
     return Text(", ".join(words))
-
-
-def duration(seconds: float) -> str:
-    """Return a time in the unit that suits it."""
-    for unit, length in (("d", 86400.0), ("h", 3600.0), ("min", 60.0)):
-        if seconds >= 2 * length:
-            return f"{seconds / length:.1f} {unit}"
-    return f"{seconds:.0f} s"
 
 
 def _as_mapping(scenario: Scenario, folder: Path, found: "ScenarioStatus") -> dict[str, Any]:

@@ -21,6 +21,7 @@ from softslip.cli.naming import ResultsName, scenario_of
 from softslip.config.scenario import load_scenario
 from softslip.errors import ConfigError
 from softslip.files.storage import replacing
+from softslip.messages import counted, duration
 
 if TYPE_CHECKING:
     from softslip.provenance.verification import Rerun, RerunOutcome, Verdict, Verification
@@ -29,13 +30,13 @@ app = typer.Typer()
 
 Sample = Annotated[
     int | None,
-    typer.Option(min=1, metavar="N", help="Make N products again, chosen at random, and compare."),
+    typer.Option(min=1, metavar="N", help="Recompute N products, chosen at random, and compare."),
 ]
-Full = Annotated[bool, typer.Option("--full", help="Make every product again, and compare.")]
+Full = Annotated[bool, typer.Option("--full", help="Recompute every product, and compare.")]
 Stretch = Annotated[
     bool,
     typer.Option(
-        "--stretch", help="Of runs that have left a checkpoint, make only the last stretch again."
+        "--stretch", help="Of runs that have left a checkpoint, recompute only the last stretch."
     ),
 ]
 Seed = Annotated[
@@ -85,7 +86,7 @@ def verify(
     if sample:
         seed = secrets.randbelow(2**32) if seed is None else seed
         reruns = verification.sampled(reruns, sample, seed)
-    outcomes = _made_again(reruns, scenario, folder, seed if sample else None)
+    outcomes = _recomputed(reruns, scenario, folder, seed if sample else None)
     problems = len(found.problems) + sum(bool(each.problem) for each in outcomes)
     problems += len(found.missing) if complete else 0
     told = {
@@ -131,19 +132,22 @@ def _check_options(
         )
 
 
-def _made_again(
+def _recomputed(
     reruns: "Sequence[Rerun]", scenario: str, folder: Path, seed: int | None
 ) -> "list[RerunOutcome]":
-    """Make products again, with a bar by the time that each took before."""
+    """Recompute products, with a bar by the time that each took before."""
     from softslip.provenance.verification import reexecute
 
     if not reruns:
         return []
     total = sum(rerun.seconds for rerun in reruns)
     chosen = f", chosen with --seed {seed}" if seed is not None else ""
-    print(f"making {len(reruns)} again{chosen}; estimated {_duration(total)}", file=sys.stderr)
+    print(
+        f"recomputing {counted(len(reruns), 'result')}{chosen}; estimated {duration(total)}",
+        file=sys.stderr,
+    )
     outcomes, done = [], 0.0
-    with _bar("making again") as advance:
+    with _bar("recomputing") as advance:
         advance(0.0, total, reruns[0].name)
         for number, outcome in enumerate(reexecute(reruns, scenario, folder), start=1):
             outcomes.append(outcome)
@@ -173,14 +177,6 @@ def _bar(what: str) -> "Iterator[Any]":
         yield advance
 
 
-def _duration(seconds: float) -> str:
-    """Return a time in the unit that suits it."""
-    for unit, length in (("h", 3600.0), ("min", 60.0)):
-        if seconds >= 2 * length:
-            return f"{seconds / length:.1f} {unit}"
-    return f"{seconds:.0f} s"
-
-
 def _show(found: "Verification", outcomes: "list[RerunOutcome]", every: bool) -> None:
     """Print a table, problems first, what is missing, and how many there are of each."""
     console = Console(width=None if sys.stdout.isatty() else 160)
@@ -188,7 +184,7 @@ def _show(found: "Verification", outcomes: "list[RerunOutcome]", every: bool) ->
     rows = sorted(found.verdicts, key=lambda each: _rank(each, again.get(each.name)))
     table = Table("file", "verdict")
     if outcomes:
-        table.add_column("made again")
+        table.add_column("recomputed")
     table.add_column("remarks")
     for verdict in rows:
         outcome = again.get(verdict.name)
@@ -237,5 +233,5 @@ def _summary(found: "Verification", outcomes: "list[RerunOutcome]") -> str:
         f"{sum(each.other_code for each in verdicts)} made by other code than there is now",
     ]
     if outcomes:
-        words.append(f"{len(outcomes)} made again")
+        words.append(f"{len(outcomes)} recomputed")
     return ", ".join(words)
