@@ -18,6 +18,7 @@ from compliance_checker.cf import util
 from compliance_checker.cf.cf_1_11 import CF1_11Check
 from compliance_checker.suite import CheckSuite
 from ruamel.yaml import YAML
+from studies_small import SMALL_MAP
 from synthetic import sweep as runs_of
 
 from softslip.analysis.fits import fit_laws
@@ -32,7 +33,6 @@ from softslip.simulation.packing import pack
 from softslip.studies import stability, validation
 from softslip.studies.bench import as_dataset
 from softslip.studies.bench.datasets import LABELS, SERIES, TABLES, UNITS, WORDS
-from softslip.studies.stability.map_design import MapDesign
 from softslip.studies.tradeoff import long_runs, member_dataset
 from softslip.studies.tradeoff.members import members_of
 from softslip.studies.tradeoff.scene import prepare
@@ -163,7 +163,7 @@ def named(scene):
 def numerics():
     """The parts of a study of the numerics."""
     films = {"fidelity": ["literal", "standard"], "regularisation": [None, 0.5]}
-    small = MapDesign.small().model_copy(update={"duration": 0.02, "stresses": (0.3,)})
+    small = SMALL_MAP.model_copy(update={"duration": 0.02, "stresses": (0.3,)})
     stresses = stability.measure_group("stress", small)
     scene = prepare(FEW)
     (member,) = (each for name, each in members_of(FEW).items() if name.startswith("finest"))

@@ -67,7 +67,7 @@ TABLE = [
     ("fit", "analysis.fits analysis.fits.slip analysis.fits.summary"),
     ("fit draw", "analysis.fits.flow analysis.fits.points"),
     ("draw", "analysis.paper analysis.figures analysis.figures.*"),
-    (MEASURED, "studies.scenes studies.timing"),
+    (MEASURED, "studies.scenes studies.timing studies.boxes studies.membrane_nodes"),
     ("bench tradeoff", "studies.bench.trajectories studies.interval_means"),
     ("bench", "studies.bench.* studies.markdown"),
     ("validation", "studies.validation studies.validation.*"),

@@ -1,115 +1,29 @@
-"""What the benchmarks run on: boxes, packings of N particles, and the same state on other nodes.
+"""What studies run: states with their equations, made by the real chain and advanced.
 
 A scene comes from the real chain: discs by LAMMPS, grown into membranes, aged, then sheared. What
 a process has made once it keeps, so that several benchmarks share it; nothing is kept in files.
 """
 
 import functools
-import math
 import time
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from softslip.config.parameters import Parameters
 from softslip.simulation import assembly, hydrodynamics, trajectory
-from softslip.simulation.expansion import expand, membrane_node_counts
+from softslip.simulation.expansion import expand
 from softslip.simulation.packing import pack
-from softslip.solver.geometry import FloatArray, IntArray, Layout
+from softslip.solver.geometry import FloatArray, Layout
 from softslip.solver.mobility.ewald import EwaldMobility
 from softslip.solver.state import State
-from softslip.solver.suspension import Evaluation, Suspension
-
-MEAN_RADIUS, SIZE_RATIO, AREA_FRACTION = 0.00846, 1.4, 0.84
-"""The particles of all benchmarks, those of the paper."""
-
-PAPER_PARTICLES, PAPER_LENGTH = 800, 0.5
-"""Size of the paper's channel: smaller boxes have its shape."""
-
-SHORTEST = 3 / 32
-"""Shortest period along the flow [length unit]: five diameters of the larger particles."""
-
-CELL = 1 / 64
-"""Sides of boxes are multiples of this, or of twice this [length unit]: their meshes then have
-sizes that Fourier transforms like, at any resolution."""
-
-GAP, PAPER_GAP = 0.03, 0.56
-"""Least solvent outside the walls where little is enough, and that of the paper [length unit]."""
-
-STRESS = 0.3
-"""Stress of the sheared scenes, several times the yield stress [stress unit]."""
+from softslip.solver.suspension import Suspension
+from softslip.studies.boxes import parameters_of
+from softslip.studies.membrane_nodes import membrane_dataset
 
 AGEING, SHEARING = 5.0, 2.0
 """Times at rest and under stress before anything is measured [time unit]."""
-
-
-def channel_sides(particles: int) -> tuple[float, float]:
-    """Return L_x and H of a channel that holds a number of particles at φ = 0.84 [length unit]."""
-    wanted = PAPER_LENGTH * math.sqrt(particles / PAPER_PARTICLES)
-    length = max(round(wanted / (2 * CELL)) * 2 * CELL, SHORTEST)
-    small = 2 * MEAN_RADIUS / (1 + SIZE_RATIO)
-    area = 0.5 * math.pi * small**2 * (1 + SIZE_RATIO**2)
-    return length, particles * area / (AREA_FRACTION * length)
-
-
-def outer_gap(height: float, least: float = GAP) -> float:
-    """Return the gap L_y - H of at least this size that makes L_y a multiple of `CELL`."""
-    return math.ceil((height + least) / CELL) * CELL - height
-
-
-def nearest_gap(height: float, wanted: float = PAPER_GAP) -> float:
-    """Return the gap L_y - H nearest to a wanted one that makes L_y a multiple of `CELL`."""
-    return round((height + wanted) / CELL) * CELL - height
-
-
-def parameters_of(
-    particles: int,
-    fidelity: str | None = None,
-    *,
-    gap: float | None = None,
-    seed: int = 1,
-    **groups: Any,
-) -> Parameters:
-    """Return the parameters of a box of N particles between smooth walls.
-
-    Parameters
-    ----------
-    particles
-        N.
-    fidelity
-        Level of `config.fidelity`; None is the paper's scheme.
-    gap
-        Solvent outside the walls [length unit]; by default what `outer_gap` gives.
-    seed
-        Of the packing.
-    groups
-        Further settings, group by group.
-
-    Raises
-    ------
-    ConfigError
-        When so few particles make no channel, or there is no such level.
-    """
-    length, height = channel_sides(particles)
-    channel = {
-        "length": length,
-        "height": height,
-        "outer_gap": outer_gap(height) if gap is None else gap,
-    }
-    tree: dict[str, Any] = {
-        "fidelity": fidelity,
-        "seed": seed,
-        "channel": channel,
-        "suspension": {"area_fraction": AREA_FRACTION, "mean_radius": MEAN_RADIUS},
-        "rheometer": {"stress": STRESS},
-        # Small channels have no bulk.
-        "recording": {"bulk_margin": None},
-    }
-    for group, values in groups.items():
-        tree[group] = {**tree.get(group, {}), **values}
-    return Parameters.from_mapping(tree)
 
 
 @dataclass(frozen=True)
@@ -155,18 +69,27 @@ class Stretch:
     evaluations: int
 
 
+def unseen(*_: object) -> None:
+    """Show nothing of a run."""
+
+
+def advance_to(
+    scene: Scene,
+    stops: FloatArray,
+    visit: trajectory.Visit = unseen,
+    progress: trajectory.Progress = unseen,
+) -> trajectory.Advanced:
+    """Advance a scene as its stage would, with all guards; see `simulation.trajectory.advance`."""
+    return trajectory.advance(
+        scene.suspension, scene.state, stops, scene.parameters, visit, progress
+    )
+
+
 def advance(scene: Scene, duration: float) -> Stretch:
-    """Advance a scene as its stage would, with all guards, but without records."""
+    """Advance a scene for some time, and measure what that takes."""
     state = scene.state
     core, clock = time.process_time(), time.perf_counter()
-    done = trajectory.advance(
-        scene.suspension,
-        state,
-        np.array([state.time + duration]),
-        scene.parameters,
-        _ignore,
-        _ignore,
-    )
+    done = advance_to(scene, np.array([state.time + duration]))
     core, clock = time.process_time() - core, time.perf_counter() - clock
     moved = done.state.wall_displacement - state.wall_displacement
     passed = done.state.time - state.time
@@ -179,10 +102,6 @@ def advance(scene: Scene, duration: float) -> Stretch:
         steps=done.state.step - state.step,
         evaluations=done.evaluations,
     )
-
-
-def _ignore(*_: State | Evaluation | float) -> None:
-    """Show nothing."""
 
 
 def plain_sum(parameters: Parameters, layout: Layout) -> EwaldMobility:
@@ -266,95 +185,30 @@ def scene_of(
 def untethered(membranes: xr.Dataset, parameters: Parameters) -> Scene:
     """Return membranes at rest between walls that nothing holds yet; see `scene_of`."""
     layout = assembly.layout_of(membranes, parameters)
-    suspension = assembly.assemble(parameters, layout, stress=parameters.rheometer.stress)
-    state = State.at_rest(membranes["node_position"].values, layout)
-    return Scene(parameters, layout, suspension, state)
+    return at_rest(membranes["node_position"].values, layout, parameters)
+
+
+def at_rest(nodes: FloatArray, layout: Layout, parameters: Parameters) -> Scene:
+    """Return nodes at rest under what the rheometer imposes, between walls that nothing holds.
+
+    Parameters
+    ----------
+    nodes
+        Of all membranes, shape (nodes, 2) [length unit].
+    layout
+        Of them and the walls.
+    parameters
+        Of the run.
+    """
+    imposed = parameters.rheometer
+    suspension = assembly.assemble(
+        parameters, layout, stress=imposed.stress, shear_rate=imposed.shear_rate
+    )
+    return Scene(parameters, layout, suspension, State.at_rest(nodes, layout))
 
 
 def membranes_of(scene: Scene) -> xr.Dataset:
     """Return the membranes of a scene in the schema that `scene_of` and `renoded` take."""
     layout = scene.layout
-    return _membranes(scene.state.node_position, np.diff(layout.offsets), layout.reference_area)
-
-
-def _membranes(nodes: FloatArray, counts: IntArray, areas: FloatArray) -> xr.Dataset:
-    return xr.Dataset(
-        {
-            "node_position": (("node", "axis"), nodes),
-            "nodes_per_particle": ("particle", counts),
-            "reference_area": ("particle", areas),
-        }
-    )
-
-
-def renoded(membranes: xr.Dataset, parameters: Parameters) -> xr.Dataset:
-    """Return the same membranes on as many nodes as other parameters give them.
-
-    Each is the trigonometric interpolant of its nodes in the material coordinate.
-    """
-    before = membranes["nodes_per_particle"].values
-    after = membrane_node_counts(parameters)
-    chains = np.split(membranes["node_position"].values, np.cumsum(before)[:-1])
-    nodes = [
-        interpolation(len(chain), count) @ chain for chain, count in zip(chains, after, strict=True)
-    ]
-    return _membranes(np.concatenate(nodes), after, membranes["reference_area"].values)
-
-
-@functools.cache
-def interpolation(before: int, after: int, offset: float = 0.0) -> FloatArray:
-    """Return the matrix from values at equally spaced nodes of a period to those at others.
-
-    It evaluates the trigonometric polynomial through the nodes, of which all modes are kept.
-
-    Parameters
-    ----------
-    before, after
-        Numbers of nodes.
-    offset
-        Place of the first node of either, in spacings: 0 on membranes, 1/2 on walls.
-
-    Returns
-    -------
-    FloatArray
-        Shape (after, before); every row sums to 1.
-    """
-    places = (np.arange(after) + offset) / after
-    nodes = (np.arange(before) + offset) / before
-    apart = places[:, None] - nodes[None, :]
-    matrix = np.ones_like(apart)
-    for mode in range(1, (before + 1) // 2):
-        matrix += 2 * np.cos(2 * np.pi * mode * apart)
-    if before % 2 == 0:
-        # Of the highest mode the nodes know the cosine only.
-        highest = np.pi * before
-        matrix += np.cos(highest * (places - nodes[0]))[:, None] * np.cos(
-            highest * (nodes - nodes[0])
-        )
-    return matrix / before
-
-
-def on_nodes(values: FloatArray, before: Layout, after: Layout) -> FloatArray:
-    """Return a quantity of all nodes at the material points of another layout's nodes.
-
-    Parameters
-    ----------
-    values
-        Such as velocities, shape (nodes, components), periodic along each membrane and wall.
-    before, after
-        Layouts of the same membranes and walls.
-    """
-    parts = np.split(values, before.chains[1:-1])
-    counts = np.diff(after.chains)
-    offsets = chain_offsets(after)
-    return np.concatenate(
-        [
-            interpolation(len(part), int(count), offset) @ part
-            for part, count, offset in zip(parts, counts, offsets, strict=True)
-        ]
-    )
-
-
-def chain_offsets(layout: Layout) -> list[float]:
-    """Return the place of the first node of each membrane and wall, in spacings."""
-    return [0.0] * layout.particles + [0.5, 0.5]
+    counts = np.diff(layout.offsets)
+    return membrane_dataset(scene.state.node_position, counts, layout.reference_area)

@@ -23,7 +23,7 @@ from softslip.simulation import assembly
 from softslip.simulation.expansion import membrane_node_counts
 from softslip.simulation.sample import particle_radii
 from softslip.solver.membrane import membrane_areas
-from softslip.studies import bench, interval_means, scenes, timing
+from softslip.studies import bench, boxes, interval_means, membrane_nodes, scenes, timing
 from softslip.studies.bench import (
     memory,
     mobility,
@@ -83,12 +83,12 @@ def travelled():
 
 @pytest.mark.parametrize("particles", [*range(16, 130), 200, 400, 799, 800, 801])
 def test_a_box_holds_just_the_particles_asked_for(particles):
-    given = scenes.parameters_of(particles)
+    given = boxes.parameters_of(particles)
     assert len(particle_radii(given)) == particles
     length, gap = given.channel.length, given.channel.outer_gap
-    cells = (given.channel.height + gap) / scenes.CELL
+    cells = (given.channel.height + gap) / boxes.CELL
     assert cells == pytest.approx(round(cells), abs=1e-9)
-    assert gap >= scenes.GAP
+    assert gap >= boxes.GAP
     assert length * 32 == round(length * 32)
     assert length >= 3 / 32
 
@@ -115,7 +115,7 @@ def test_interpolation_is_exact_for_what_the_nodes_resolve(before, after, offset
         angle = 2 * np.pi * (np.arange(count)[:, None] + offset) * modes / count
         return np.cos(angle) @ waves[0] + np.sin(angle) @ waves[1]
 
-    matrix = scenes.interpolation(before, after, offset)
+    matrix = membrane_nodes.interpolation(before, after, offset)
     np.testing.assert_allclose(matrix.sum(axis=1), 1.0, atol=1e-12)
     # A row has `before` entries of size one at most.
     np.testing.assert_allclose(
@@ -125,11 +125,11 @@ def test_interpolation_is_exact_for_what_the_nodes_resolve(before, after, offset
 
 @given(st.integers(6, 40), st.sampled_from([0.0, 0.5]))
 def test_interpolation_meets_the_nodes_themselves(count, offset):
-    found = scenes.interpolation(count, 2 * count, offset)
+    found = membrane_nodes.interpolation(count, 2 * count, offset)
     if offset == 0.0:
         np.testing.assert_allclose(found[::2], np.eye(count), atol=1e-13)
     np.testing.assert_allclose(
-        scenes.interpolation(count, count, offset), np.eye(count), atol=1e-13
+        membrane_nodes.interpolation(count, count, offset), np.eye(count), atol=1e-13
     )
 
 
@@ -163,7 +163,7 @@ def test_smooth_forces_are_one_density_on_any_nodes(flowing, on_paper_nodes):
     coarse, fine = flowing.layout, on_paper_nodes.layout
     waves = mobility.random_coefficients(coarse)
     few, many = (mobility.smooth_forces(waves, layout) for layout in (coarse, fine))
-    density = scenes.on_nodes(many / fine.weights[:, None], fine, coarse)
+    density = membrane_nodes.on_nodes(many / fine.weights[:, None], fine, coarse)
     np.testing.assert_allclose(few / coarse.weights[:, None], density, atol=1e-10)
     for layout, forces in ((coarse, few), (fine, many)):
         total = np.add.reduceat(forces, layout.chains[:-1])
@@ -172,7 +172,7 @@ def test_smooth_forces_are_one_density_on_any_nodes(flowing, on_paper_nodes):
 
 def test_offsets_say_where_the_nodes_of_walls_are(flowing):
     layout = flowing.layout
-    *membranes, lower, upper = scenes.chain_offsets(layout)
+    *membranes, lower, upper = membrane_nodes.chain_offsets(layout)
     assert membranes == [0.0] * layout.particles
     for wall, offset in enumerate((lower, upper)):
         places = (np.arange(layout.wall_nodes) + offset) * layout.wall_spacing
@@ -275,7 +275,7 @@ def test_memory_is_that_of_each_scheme_alone():
     membranes = scenes.expanded(SMALL, LEVEL).rename(area="reference_area")
     level, paper = (
         memory.memory_of_evaluation(membranes, parameters)
-        for parameters in (scenes.parameters_of(SMALL, LEVEL), run.paper_scheme(SMALL))
+        for parameters in (boxes.parameters_of(SMALL, LEVEL), run.paper_scheme(SMALL))
     )
     # Half of it covers what kernels the two do not share.
     assert paper - level > 0.5 * 2 * 768 * 5120 * 8 / 2**20
@@ -324,7 +324,7 @@ def test_trajectories_have_a_box_with_a_bulk():
 
 def test_means_are_integrals_between_edges(flowing, monkeypatch):
     """Samples of t² at uneven times, against the exact integral of the polygon through them."""
-    parameters = scenes.parameters_of(SMALL, LEVEL, recording={"bulk_margin": 3.0})
+    parameters = boxes.parameters_of(SMALL, LEVEL, recording={"bulk_margin": 3.0})
     series = interval_means.IntervalMeans(parameters, flowing.layout)
     times = [0.0, 0.1, 0.25, 0.3, 0.5]
     values = dict.fromkeys(interval_means.QUANTITIES, 0.0)
@@ -503,7 +503,7 @@ def test_a_level_that_there_is_not_ends_in_one_line():
         assert "fidelity" in line
         assert "perfect" in line
     with pytest.raises(ConfigError, match="perfect"):
-        scenes.parameters_of(SMALL, "perfect")
+        boxes.parameters_of(SMALL, "perfect")
 
 
 @pytest.mark.workflow

@@ -8,7 +8,7 @@ import pytest
 
 from softslip.files.storage import read_dataset, write_dataset
 from softslip.simulation.sample import wall_contour
-from softslip.studies import bench, scenes
+from softslip.studies import bench, boxes, scenes
 from softslip.studies.bench import elements, elements_scenes
 from softslip.studies.bench.datasets import ELEMENT_COSTS, WORDS
 from softslip.studies.bench.elements_markdown import COLUMNS
@@ -72,10 +72,10 @@ def test_scenes_have_the_nodes_and_pairs_of_their_elements(result):
     assert 0 < pairs["particles"][1] < pairs["particles"][0]
     # Nodes go with the areas' roots, numbers with the areas: within a particle or so.
     ratio = (nodes["close packing"][1] - walls) / (dense - walls)
-    assert ratio == pytest.approx(elements_scenes.DILUTE / scenes.AREA_FRACTION, rel=0.15)
+    assert ratio == pytest.approx(elements_scenes.DILUTE / boxes.AREA_FRACTION, rel=0.15)
     assert contacts["close packing"][1] < 0.05 * contacts["close packing"][0]
     # The same particles, and arcs instead of their chords.
-    given = scenes.parameters_of(SMALL, LEVEL, wall={"roughness": elements_scenes.ROUGHNESS})
+    given = boxes.parameters_of(SMALL, LEVEL, wall={"roughness": elements_scenes.ROUGHNESS})
     contour = wall_contour(given)
     for name in ("bumps", "bumps, no particles"):
         more = nodes[name][0] - nodes[name][1]

@@ -1,14 +1,16 @@
 import pytest
+from studies_small import SMALL_MAP
 
 from softslip.config.parameters import Parameters
 from softslip.errors import ConfigError
+from softslip.studies.boxes import merged
 from softslip.studies.stability import GROUPS, MapDesign, gather, measure_group
-from softslip.studies.stability.scenery import aged, dense, in_scheme, merged, start_tree
+from softslip.studies.stability.scenery import aged, dense, in_scheme, start_tree
 
 CHEAP = ("stress", "contact_energy", "roughness", "area_fraction", "wall_separation", "particles")
 
 
-@pytest.mark.parametrize("design", [MapDesign(), MapDesign.small()])
+@pytest.mark.parametrize("design", [MapDesign(), SMALL_MAP])
 @pytest.mark.parametrize(
     "group", [name for name in GROUPS if not name.startswith("step") and name != "rest"]
 )
@@ -22,7 +24,7 @@ def test_a_group_has_its_values_in_each_of_its_schemes(group, design):
     assert all(cell.duration > 0 for cell in cells)
 
 
-@pytest.mark.parametrize("design", [MapDesign(), MapDesign.small()])
+@pytest.mark.parametrize("design", [MapDesign(), SMALL_MAP])
 def test_a_rest_is_as_long_in_explicit_steps_as_it_says(design):
     """By the level, too; the level's own stepper goes through the time of those on the mesh."""
     lasting = {}
@@ -46,7 +48,7 @@ def test_cells_are_runs_of_the_values_that_they_name(group):
         "roughness": ("wall", "roughness"),
         "area_fraction": ("suspension", "area_fraction"),
     }
-    for cell in GROUPS[group](MapDesign.small()):
+    for cell in GROUPS[group](SMALL_MAP):
         given = Parameters.from_mapping(cell.tree)
         assert (given.hydrodynamics.mobility == "ewald") == (cell.scheme == "standard")
         assert (given.time_stepping.integrator == "rkc2") == (cell.scheme == "standard")
@@ -61,14 +63,14 @@ def test_cells_are_runs_of_the_values_that_they_name(group):
 def test_steps_are_those_of_the_limit():
     steps = {
         cell.value: Parameters.from_mapping(cell.tree).time_stepping.step
-        for cell in GROUPS["step_euler"](MapDesign.small())
+        for cell in GROUPS["step_euler"](SMALL_MAP)
     }
     assert steps[10.0] / steps[0.1] == pytest.approx(100)
     assert 0.001 < steps[0.8] < 0.05
 
 
 def test_a_box_holds_the_particles_that_are_asked_for():
-    design = MapDesign.small()
+    design = SMALL_MAP
     for count in (1, 2, 6):
         start = start_tree(design.model_copy(update={"ageing": 0.02}), count, 1 / 16)
         assert aged(start).sizes["particle"] == count
@@ -76,11 +78,11 @@ def test_a_box_holds_the_particles_that_are_asked_for():
 
 
 def test_a_start_is_made_once():
-    assert aged(dense(MapDesign.small())) is aged(dense(MapDesign.small()))
+    assert aged(dense(SMALL_MAP)) is aged(dense(SMALL_MAP))
 
 
 def test_coarse_meshes_keep_close_contact_points():
-    tree = in_scheme(MapDesign.small(), dense(MapDesign.small()), "literal")
+    tree = in_scheme(SMALL_MAP, dense(SMALL_MAP), "literal")
     assert Parameters.from_mapping(tree).steric.refinement == 4
 
 
@@ -106,11 +108,11 @@ def test_a_plan_takes_lists_as_yaml_has_them():
 
 def test_an_unknown_group_is_refused():
     with pytest.raises(ConfigError, match="is no group of the map"):
-        measure_group("temperature", MapDesign.small())
+        measure_group("temperature", SMALL_MAP)
 
 
 def test_groups_become_one_map_in_its_order():
-    design = MapDesign.small().model_copy(
+    design = SMALL_MAP.model_copy(
         update={"duration": 0.02, "stresses": (0.3,), "wall_stiffnesses": (2e4, 2e6)}
     )
     told = []

@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from studies_small import SMALL_MAP
 
 from softslip.errors import NumericalError
 from softslip.solver.integrators.chebyshev import fixed_step, reach
 from softslip.studies.stability import step_limits
-from softslip.studies.stability.map_design import MapDesign
 
 RATES = np.geomspace(1.0, 80.0, 30)
 """Decay rates of a problem whose limits are known."""
@@ -62,7 +62,7 @@ def test_what_refuses_or_leaves_the_numbers_has_grown():
 
 @pytest.fixture(scope="module")
 def measured():
-    small = MapDesign.small().model_copy(update={"stages": (2, 6)})
+    small = SMALL_MAP.model_copy(update={"stages": (2, 6)})
     return step_limits.measure_limits(small)
 
 

@@ -5,16 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scenes
+from studies_small import SMALL_MAP
 
 from softslip.simulation import assembly
 from softslip.solver import health
 from softslip.solver.integrators import INTEGRATORS
+from softslip.studies.boxes import merged
 from softslip.studies.stability import exact, verdict
-from softslip.studies.stability.cells import GROUPS, Cell
-from softslip.studies.stability.map_design import MapDesign
-from softslip.studies.stability.scenery import dense, in_scheme, merged, scene_of
+from softslip.studies.stability.axes import GROUPS
+from softslip.studies.stability.cells import Cell
+from softslip.studies.stability.scenery import dense, in_scheme, scene_of
 
-DESIGN = MapDesign.small().model_copy(update={"duration": 0.05, "stresses": (0.3,)})
+DESIGN = SMALL_MAP.model_copy(update={"duration": 0.05, "stresses": (0.3,)})
 
 
 @pytest.fixture
@@ -162,7 +164,7 @@ def test_walls_are_looked_for_where_they_are_now():
 
 
 def test_what_moves_at_rest_is_wrong():
-    cells = GROUPS["rest"](MapDesign.small().model_copy(update={"rests": (500,)}))
+    cells = GROUPS["rest"](SMALL_MAP.model_copy(update={"rests": (500,)}))
     cell = next(cell for cell in cells if cell.scheme == "literal")
     assert verdict.judge(cell).verdict == "correct"
     pushed = replace(cell, tree=merged(cell.tree, {"rheometer": {"stress": 0.01}}))

@@ -5,14 +5,13 @@ import pytest
 
 from softslip.studies.validation.boundary_integral import (
     BoundaryIntegral,
-    deformation,
     derivative_matrix,
     logarithm_matrix,
-    moments,
     resampled,
     steady_capsule,
 )
-from softslip.studies.validation.ellipse import Ring
+from softslip.studies.validation.inertia import deformation, moments
+from softslip.studies.validation.ring_theory import Ring
 
 
 def wavy(nodes):

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from softslip.errors import ConfigError
-from softslip.studies.validation.ellipse import Ellipse, Ring
+from softslip.studies.validation.ellipse import Ellipse
+from softslip.studies.validation.ring_theory import Ring
 
 
 @pytest.mark.parametrize("mode", [2, 3, 7])

@@ -11,7 +11,7 @@ from softslip.config.parameters import Parameters
 from softslip.simulation import assembly
 from softslip.simulation.record import Observer
 from softslip.solver.geometry import FloatArray
-from softslip.studies import scenes
+from softslip.studies import boxes, scenes
 from softslip.studies.bench.elements_scenes import DILUTE, MARGIN, ROUGHNESS, Scenes
 from softslip.studies.timing import Tell, alternately, silent
 
@@ -47,13 +47,13 @@ _EMPTY = "channel between flat walls without particles"
 
 ELEMENTS = {
     "particles": Element(
-        f"φ = {scenes.AREA_FRACTION:g}",
+        f"φ = {boxes.AREA_FRACTION:g}",
         "no particles",
         "membranes, contacts and their lists, near pairs but the walls' constant ones, areas, "
         "stress carried by bodies",
     ),
     "close packing": Element(
-        f"φ = {scenes.AREA_FRACTION:g}",
+        f"φ = {boxes.AREA_FRACTION:g}",
         f"φ = {DILUTE:g}",
         "contact points and forces where nothing touches (the list stays nearly empty); fewer "
         "membranes and near pairs",
@@ -67,19 +67,19 @@ ELEMENTS = {
         "nodes of bumps",
     ),
     "wall drive": Element(
-        f"σ = {scenes.STRESS:g}",
+        f"σ = {boxes.STRESS:g}",
         "σ = 0",
         "traction on the walls (in the paper's periodic box it stays, to cancel the packing's own "
         "stress); a packing at rest takes longer steps",
     ),
     "wall drive, no particles": Element(
-        f"σ = {scenes.STRESS:g}, {_EMPTY}",
+        f"σ = {boxes.STRESS:g}, {_EMPTY}",
         f"σ = 0, {_EMPTY}",
         "every flow solution but those of the spectral radius: nothing pushes",
     ),
     "outer gap": Element(
-        f"gap {scenes.PAPER_GAP:g}, as the paper",
-        f"gap {scenes.GAP:g} or a little more",
+        f"gap {boxes.PAPER_GAP:g}, as the paper",
+        f"gap {boxes.GAP:g} or a little more",
         "mesh lines in the solvent outside, which is at rest",
     ),
     "velocity fields": Element(

@@ -9,7 +9,7 @@ from softslip.config.parameters import Parameters
 from softslip.simulation import assembly
 from softslip.simulation.expansion import expand
 from softslip.simulation.packing import pack
-from softslip.studies import scenes
+from softslip.studies import boxes, scenes
 from softslip.studies.timing import Tell
 
 ROUGHNESS = 0.59
@@ -51,7 +51,7 @@ class Scenes:
         dense = self.dense
         empty, idle, bumps = (
             self._without_particles(rheometer={"stress": stress}, wall={"roughness": roughness})
-            for stress, roughness in ((scenes.STRESS, 0.0), (0.0, 0.0), (scenes.STRESS, ROUGHNESS))
+            for stress, roughness in ((boxes.STRESS, 0.0), (0.0, 0.0), (boxes.STRESS, ROUGHNESS))
         )
         return {
             "particles": (dense, empty),
@@ -64,7 +64,7 @@ class Scenes:
         }
 
     def _parameters(self, **groups: Any) -> Parameters:
-        return scenes.parameters_of(self._particles, self._fidelity, **groups)
+        return boxes.parameters_of(self._particles, self._fidelity, **groups)
 
     def _sheared(self, scene: scenes.Scene) -> scenes.Scene:
         """Return a scene when it has moved for a while."""
@@ -100,7 +100,7 @@ class Scenes:
 
     def _wide(self) -> scenes.Scene:
         """Return the same nodes at the same instant in the paper's box."""
-        wide = self._parameters(gap=scenes.nearest_gap(self.dense.parameters.channel.height))
+        wide = self._parameters(gap=boxes.nearest_gap(self.dense.parameters.channel.height))
         stress = wide.rheometer.stress
         suspension = assembly.assemble(wide, self.dense.layout, stress=stress)
         return replace(self.dense, parameters=wide, suspension=suspension)

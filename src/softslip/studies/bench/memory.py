@@ -9,6 +9,7 @@ import xarray as xr
 from softslip.config.parameters import Parameters
 from softslip.errors import SoftslipError
 from softslip.studies import scenes
+from softslip.studies.membrane_nodes import renoded
 
 EVALUATIONS = 3
 """Evaluations after which no more memory is taken: workspaces are made in the first."""
@@ -58,7 +59,7 @@ def peak_memory() -> float:
 
 def _evaluate(membranes: xr.Dataset, parameters: Parameters) -> float:
     """Evaluate the equations of motion a few times and return the peak memory [MiB]."""
-    scene = scenes.untethered(scenes.renoded(membranes, parameters), parameters)
+    scene = scenes.untethered(renoded(membranes, parameters), parameters)
     for _ in range(EVALUATIONS):
         scene.suspension.evaluate(scene.state)
     return peak_memory()

@@ -8,7 +8,8 @@ from softslip.config.parameters import Parameters
 from softslip.simulation import assembly
 from softslip.solver.geometry import FloatArray, Layout
 from softslip.solver.mobility import Mobility
-from softslip.studies import scenes
+from softslip.studies import boxes, scenes
+from softslip.studies.membrane_nodes import chain_offsets, on_nodes, renoded
 from softslip.studies.timing import Tell, alternately, silent
 
 MODES = 6
@@ -33,7 +34,7 @@ def smooth_forces(coefficients: FloatArray, layout: Layout) -> FloatArray:
     modes = np.arange(1, MODES + 1)
     parts = []
     for waves, count, offset in zip(
-        coefficients, np.diff(layout.chains), scenes.chain_offsets(layout), strict=True
+        coefficients, np.diff(layout.chains), chain_offsets(layout), strict=True
     ):
         angle = 2 * np.pi * (np.arange(count) + offset)[:, None] * modes / count
         parts.append(np.cos(angle) @ waves[0] + np.sin(angle) @ waves[1])
@@ -102,9 +103,9 @@ def bench_mobility(
     """
     tell(f"making {particles} aged particles at fidelity {fidelity}")
     membranes = scenes.aged(particles, fidelity, ageing)
-    paper = scenes.parameters_of(particles)
-    fine = scenes.untethered(scenes.renoded(membranes, paper), paper)
-    coarse = scenes.untethered(membranes, scenes.parameters_of(particles, fidelity))
+    paper = boxes.parameters_of(particles)
+    fine = scenes.untethered(renoded(membranes, paper), paper)
+    coarse = scenes.untethered(membranes, boxes.parameters_of(particles, fidelity))
     coefficients = random_coefficients(fine.layout)
     tell("comparing on the same nodes")
     same = _on_same_nodes(fine, coefficients, budget)
@@ -146,7 +147,7 @@ def _on_same_nodes(fine: scenes.Scene, coefficients: FloatArray, budget: float) 
 def by_ewald(scene: scenes.Scene) -> Parameters:
     """Return the paper's scheme but for its mobility, which becomes the Ewald sum."""
     channel = scene.parameters.channel
-    return scenes.parameters_of(
+    return boxes.parameters_of(
         scene.layout.particles, gap=channel.outer_gap, hydrodynamics={"mobility": "ewald"}
     )
 
@@ -173,9 +174,7 @@ def _on_own_nodes(
         },
         budget,
     )
-    reference = scenes.on_nodes(
-        grid.velocities(positions[0], forces[0]), fine.layout, coarse.layout
-    )
+    reference = on_nodes(grid.velocities(positions[0], forces[0]), fine.layout, coarse.layout)
     return {
         "ratio": seconds["grid_seconds"] / seconds["ewald_seconds"],
         **seconds,

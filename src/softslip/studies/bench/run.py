@@ -7,8 +7,9 @@ from typing import Any
 import xarray as xr
 
 from softslip.config.parameters import Parameters
-from softslip.studies import scenes
+from softslip.studies import boxes, scenes
 from softslip.studies.bench.memory import memory_of_evaluation
+from softslip.studies.membrane_nodes import renoded
 from softslip.studies.timing import Tell, silent
 
 FEWEST_STEPS = 5
@@ -18,7 +19,7 @@ LEVEL_TIME = 20.0
 """Time over which the level's cost is taken: many of its long steps [time unit]."""
 
 
-def paper_scheme(particles: int, gap: float = scenes.PAPER_GAP) -> Parameters:
+def paper_scheme(particles: int, gap: float = boxes.PAPER_GAP) -> Parameters:
     """Return the numerical scheme of the paper: mesh, plain sums, Euler steps, its periodic box.
 
     Parameters
@@ -28,10 +29,10 @@ def paper_scheme(particles: int, gap: float = scenes.PAPER_GAP) -> Parameters:
     gap
         Wanted solvent outside the walls, which is rounded [length unit].
     """
-    _, height = scenes.channel_sides(particles)
-    return scenes.parameters_of(
+    _, height = boxes.channel_sides(particles)
+    return boxes.parameters_of(
         particles,
-        gap=scenes.nearest_gap(height, gap),
+        gap=boxes.nearest_gap(height, gap),
         channel={"outside": "periodic"},
     )
 
@@ -42,7 +43,7 @@ def bench_run(
     *,
     ageing: float = scenes.AGEING,
     shearing: float = scenes.SHEARING,
-    gap: float = scenes.PAPER_GAP,
+    gap: float = boxes.PAPER_GAP,
     budget: float = 60.0,
     level_time: float = LEVEL_TIME,
     tell: Tell = silent,
@@ -123,10 +124,10 @@ def bench_run(
     }
 
 
-def on_paper_nodes(level: scenes.Scene, gap: float = scenes.PAPER_GAP) -> scenes.Scene:
+def on_paper_nodes(level: scenes.Scene, gap: float = boxes.PAPER_GAP) -> scenes.Scene:
     """Return the same membranes and walls in the paper's scheme; see `paper_scheme`."""
     parameters = paper_scheme(level.layout.particles, gap)
-    membranes = scenes.renoded(scenes.membranes_of(level), parameters)
+    membranes = renoded(scenes.membranes_of(level), parameters)
     return scenes.scene_of(membranes, parameters, level.state.wall_displacement)
 
 

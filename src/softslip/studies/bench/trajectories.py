@@ -12,8 +12,9 @@ import xarray as xr
 from softslip.config.parameters import Parameters
 from softslip.simulation import trajectory
 from softslip.solver.geometry import FloatArray
-from softslip.studies import scenes
+from softslip.studies import boxes, scenes
 from softslip.studies.interval_means import QUANTITIES, IntervalMeans
+from softslip.studies.membrane_nodes import renoded
 from softslip.studies.timing import Tell, silent
 
 RUNS = ("fidelity", "grid", "second_seed")
@@ -129,11 +130,11 @@ def parameters_of(
     particles: int, fidelity: str | None, stress: float, *, seed: int = SEEDS[0], **groups: Any
 ) -> Parameters:
     """Return the parameters of a narrow, high box with a bulk; None is the paper's scheme."""
-    wide, low = scenes.channel_sides(particles)
+    wide, low = boxes.channel_sides(particles)
     length = max(round(math.sqrt(wide * low / ASPECT) / SIDE) * SIDE, SHORTEST)
     height = wide * low / length
-    sides = {"length": length, "height": height, "outer_gap": scenes.outer_gap(height)}
-    return scenes.parameters_of(
+    sides = {"length": length, "height": height, "outer_gap": boxes.outer_gap(height)}
+    return boxes.parameters_of(
         particles,
         fidelity,
         seed=seed,
@@ -164,7 +165,7 @@ def _starts(
 
 
 def _scene(aged: xr.Dataset, parameters: Parameters) -> scenes.Scene:
-    membranes = scenes.renoded(aged, parameters)
+    membranes = renoded(aged, parameters)
     return scenes.scene_of(membranes, parameters, aged["wall_displacement"].values)
 
 
@@ -184,9 +185,7 @@ def recorded(
     """
     series = IntervalMeans(scene.parameters, scene.layout)
     core = time.process_time()
-    done = trajectory.advance(
-        scene.suspension, scene.state, edges[1:], scene.parameters, series.visit, report
-    )
+    done = scenes.advance_to(scene, edges[1:], series.visit, report)
     core = time.process_time() - core
     series.sample(done.state, done.evaluation)
     return series.means(edges), core / float(edges[-1] - edges[0])

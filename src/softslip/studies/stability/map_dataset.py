@@ -8,7 +8,8 @@ import numpy as np
 import xarray as xr
 
 from softslip.errors import ConfigError
-from softslip.studies.stability.cells import GROUPS, Cell
+from softslip.studies.stability.axes import GROUPS
+from softslip.studies.stability.cells import Cell
 from softslip.studies.stability.map_design import MapDesign
 from softslip.studies.stability.verdict import Judgement, judge
 from softslip.studies.timing import Tell, silent
@@ -45,7 +46,7 @@ def measure_group(name: str, design: MapDesign, tell: Tell = silent) -> xr.Datas
     Parameters
     ----------
     name
-        One of `studies.stability.cells.GROUPS`.
+        One of `studies.stability.axes.GROUPS`.
     design
         Values along the axes.
     tell

@@ -1,6 +1,6 @@
 """What the map of stability covers: the values along each of its axes."""
 
-from typing import Annotated, Any, Self
+from typing import Annotated
 
 from pydantic import Strict
 
@@ -11,14 +11,10 @@ Values = Annotated[tuple[float, ...], Strict(False)]
 Counts = Annotated[tuple[int, ...], Strict(False)]
 
 
-def _axis(*values: float, symbol: str, unit: str, description: str, **bounds: Any) -> Any:
-    return quantity(values, symbol=symbol, unit=unit, description=description, **bounds)
-
-
 class MapDesign(Standalone):
     """Values along the axes of the map, and the size of its scenes.
 
-    The defaults are the map at its full size; `small` is one that continuous integration affords.
+    The defaults are the map at its full size; that of `config/numerics/ci.yaml` is the smallest.
     """
 
     particles: int = quantity(
@@ -50,50 +46,50 @@ class MapDesign(Standalone):
         description="Length of a cell at the paper's material; stiffer and faster ones are shorter "
         "in proportion, so that all end before neighbouring trajectories part.",
     )
-    steps: Values = _axis(
-        *(0.1, 0.2, 0.5, 0.8, 0.95, 1.05, 1.2, 1.5, 2.0, 5.0, 10.0),
+    steps: Values = quantity(
+        (0.1, 0.2, 0.5, 0.8, 0.95, 1.05, 1.2, 1.5, 2.0, 5.0, 10.0),
         symbol="Δt ρ/2",
         unit="1",
         description="Steps over the stability limit of explicit Euler at the start.",
     )
-    stresses: Values = _axis(
-        *(1e-4, 1e-3, 1e-2, 0.1, 0.3, 1.0, 2.0, 5.0),
+    stresses: Values = quantity(
+        (1e-4, 1e-3, 1e-2, 0.1, 0.3, 1.0, 2.0, 5.0),
         symbol="σ",
         unit="stress unit",
         description="Imposed stresses.",
     )
-    wall_stiffnesses: Values = _axis(
-        *(200.0, 2e3, 2e4, 6e4, 2e5, 2e6),
+    wall_stiffnesses: Values = quantity(
+        (200.0, 2e3, 2e4, 6e4, 2e5, 2e6),
         symbol="K_w",
         unit="stress unit / length unit",
         description="Rate constants of the tethers.",
     )
-    membrane_moduli: Values = _axis(
-        *(0.01, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0),
+    membrane_moduli: Values = quantity(
+        (0.01, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0),
         symbol="K_e",
         unit="stress unit",
         description="Membrane moduli.",
     )
-    contact_energies: Values = _axis(
-        *(0.0, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7),
+    contact_energies: Values = quantity(
+        (0.0, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7),
         symbol="K_LJ",
         unit="energy unit",
         description="Contact energies.",
     )
-    contact_ranges: Values = _axis(
-        *(0.78, 1.5, 3.0, 6.0, 9.0),
+    contact_ranges: Values = quantity(
+        (0.78, 1.5, 3.0, 6.0, 9.0),
         symbol="σ_LJ/dx_ref",
         unit="1",
         description="Contact ranges over the paper's mesh size, down to its regularisation length.",
     )
-    roughnesses: Values = _axis(
-        *(0.0, 0.1, 0.3, 0.59, 1.0, 1.5), symbol="β", unit="1", description="Wall roughnesses."
+    roughnesses: Values = quantity(
+        (0.0, 0.1, 0.3, 0.59, 1.0, 1.5), symbol="β", unit="1", description="Wall roughnesses."
     )
-    area_fractions: Values = _axis(
-        *(0.3, 0.5, 0.7, 0.84, 0.9, 0.95), symbol="φ", unit="1", description="Area fractions."
+    area_fractions: Values = quantity(
+        (0.3, 0.5, 0.7, 0.84, 0.9, 0.95), symbol="φ", unit="1", description="Area fractions."
     )
-    separations: Values = _axis(
-        *(12.0, 24.0, 48.0),
+    separations: Values = quantity(
+        (12.0, 24.0, 48.0),
         symbol="H/R",
         unit="1",
         description="Distances of the walls over the mean radius.",
@@ -107,21 +103,21 @@ class MapDesign(Standalone):
         unit="1",
         description="Explicit steps of a particle at rest.",
     )
-    periods: Values = _axis(
-        *(1.0, 10.0, 120.0),
+    periods: Values = quantity(
+        (1.0, 10.0, 120.0),
         symbol="x_w/L_x",
         unit="1",
         description="Periods of the channel by which the walls are sheared past each other.",
     )
-    node_spacings: Values = _axis(
-        *(2.0, 5.0),
+    node_spacings: Values = quantity(
+        (2.0, 5.0),
         symbol="α",
         unit="1",
         description="Node spacings over the paper's mesh size at which limits of the step are "
         "measured.",
     )
-    regularisations: Values = _axis(
-        *(0.2, 0.78, 1.5),
+    regularisations: Values = quantity(
+        (0.2, 0.78, 1.5),
         symbol="ε/dx_ref",
         unit="1",
         description="Regularisation lengths over the paper's mesh size at which limits of the "
@@ -133,28 +129,3 @@ class MapDesign(Standalone):
         unit="1",
         description="Stages of 'rkc2' of which the limit of the step is measured.",
     )
-
-    @classmethod
-    def small(cls) -> Self:
-        """Return a design of the ends and the middle of each axis, on a coarse mesh."""
-        return cls(
-            particles=12,
-            resolution=2048,
-            ageing=0.5,
-            duration=0.2,
-            steps=(0.1, 0.8, 1.2, 10.0),
-            stresses=(1e-4, 0.3, 5.0),
-            wall_stiffnesses=(200.0, 2e6),
-            membrane_moduli=(0.01, 100.0),
-            contact_energies=(0.0, 1e-11, 1e-7),
-            contact_ranges=(0.78, 3.0),
-            roughnesses=(0.0, 1.5),
-            area_fractions=(0.3, 0.95),
-            separations=(12.0,),
-            counts=(0, 1, 2),
-            rests=(10_000,),
-            periods=(1.0,),
-            node_spacings=(5.0,),
-            regularisations=(0.78,),
-            stages=(2, 5),
-        )

@@ -2,8 +2,6 @@
 
 import functools
 import json
-import math
-from collections.abc import Mapping
 from typing import Any, Literal
 
 import numpy as np
@@ -12,7 +10,9 @@ import xarray as xr
 from softslip.config.parameters import Parameters
 from softslip.solver.films import REFERENCE_MESH_SIZE
 from softslip.solver.geometry import FloatArray
-from softslip.studies import scenes
+from softslip.studies import boxes, scenes
+from softslip.studies.boxes import Tree, merged, particle_area
+from softslip.studies.membrane_nodes import renoded
 from softslip.studies.stability.map_design import MapDesign
 
 Scheme = Literal["standard", "literal"]
@@ -20,14 +20,8 @@ Scheme = Literal["standard", "literal"]
 
 SCHEMES: tuple[Scheme, ...] = ("standard", "literal")
 
-Tree = Mapping[str, Any]
-"""Parameters as a nested mapping, not yet checked: what cannot be run is a result."""
-
 NARROW = 1 / 16
 """Period of channels that are high, or that hold few particles [length unit]."""
-
-FILL = 0.84
-"""Area fraction where it is not the axis, that of the paper."""
 
 CLEAREST = 2.4
 """Height that a rough wall adds to a channel, in radii of its bumps: what both walls' bumps take,
@@ -37,22 +31,13 @@ FEWEST = 6
 """Particles that fill a small channel; fewer swim in the same one."""
 
 
-def merged(tree: Tree, changes: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-    """Return a tree with some values of some groups replaced."""
-    result = dict(tree)
-    for group, values in changes.items():
-        result[group] = {**result.get(group, {}), **values}
-    return result
-
-
-def particle_area() -> float:
-    """Return the mean area of a particle [length unit squared]."""
-    small = 2 * scenes.MEAN_RADIUS / (1 + scenes.SIZE_RATIO)
-    return 0.5 * math.pi * small**2 * (1 + scenes.SIZE_RATIO**2)
-
-
 def start_tree(
-    design: MapDesign, count: int, length: float, *, roughness: float = 0.0, fraction: float = FILL
+    design: MapDesign,
+    count: int,
+    length: float,
+    *,
+    roughness: float = 0.0,
+    fraction: float = boxes.AREA_FRACTION,
 ) -> dict[str, Any]:
     """Return the parameters of a box of N particles of period L_x between walls.
 
@@ -60,22 +45,22 @@ def start_tree(
     it is that of a channel for one.
     """
     each = particle_area()
-    height = max(count, FEWEST) * each / (FILL * length)
+    height = max(count, FEWEST) * each / (boxes.AREA_FRACTION * length)
     if roughness:
-        height += CLEAREST * roughness * scenes.MEAN_RADIUS
+        height += CLEAREST * roughness * boxes.MEAN_RADIUS
     if 0 < count < FEWEST:
         fraction = count * each / (length * height)
     return {
         "fidelity": "standard",
         "seed": design.seed,
-        "channel": {"length": length, "height": height, "outer_gap": scenes.outer_gap(height)},
+        "channel": {"length": length, "height": height, "outer_gap": boxes.outer_gap(height)},
         "suspension": {
             "area_fraction": fraction if count else 0.0,
-            "mean_radius": scenes.MEAN_RADIUS,
+            "mean_radius": boxes.MEAN_RADIUS,
             "area_reference": "free",
         },
         "wall": {"roughness": roughness},
-        "rheometer": {"stress": scenes.STRESS},
+        "rheometer": {"stress": boxes.STRESS},
         "time_stepping": {"ageing_time": design.ageing},
         "recording": {"bulk_margin": None},
     }
@@ -83,7 +68,7 @@ def start_tree(
 
 def dense(design: MapDesign) -> dict[str, Any]:
     """Return the start of the scene in which neither walls nor packing vary."""
-    return start_tree(design, design.particles, scenes.channel_sides(design.particles)[0])
+    return start_tree(design, design.particles, boxes.channel_sides(design.particles)[0])
 
 
 def in_scheme(design: MapDesign, start: Tree, scheme: Scheme) -> dict[str, Any]:
@@ -128,7 +113,7 @@ def scene_of(start: Tree, tree: Tree) -> scenes.Scene:
     parameters = Parameters.from_mapping(tree)
     rested = membranes = aged(start)
     if membranes.sizes["particle"]:
-        membranes = scenes.renoded(membranes, parameters)
+        membranes = renoded(membranes, parameters)
     return scenes.scene_of(membranes, parameters, rested["wall_displacement"].values)
 
 

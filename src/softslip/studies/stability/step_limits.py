@@ -13,9 +13,10 @@ from softslip.solver.films import REFERENCE_MESH_SIZE
 from softslip.solver.integrators import Vector
 from softslip.solver.integrators.chebyshev import DAMPING, fixed_step, reach
 from softslip.solver.integrators.explicit import REACH
+from softslip.studies.boxes import Tree, merged
 from softslip.studies.scenes import Scene
 from softslip.studies.stability.map_design import MapDesign
-from softslip.studies.stability.scenery import Tree, in_scheme, merged, scene_of, start_tree
+from softslip.studies.stability.scenery import in_scheme, scene_of, start_tree
 from softslip.studies.timing import Tell, silent
 
 MOST_ITERATIONS, CONVERGED = 400, 1e-5

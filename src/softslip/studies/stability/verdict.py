@@ -1,36 +1,26 @@
-"""Whether a cell is right: invariants, exact geometry, and a finer run that shares no step.
+"""Whether a cell is right: what was seen on the way, and a finer run that shares no step.
 
 None of it asks the guards that run with the scheme, so that what they miss shows as `wrong`.
 """
 
 import math
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from softslip.config.parameters import Parameters
 from softslip.errors import NumericalError, SoftslipError
-from softslip.simulation import assembly, trajectory
 from softslip.simulation.assembly import regularisation_of
-from softslip.simulation.contour import split
-from softslip.simulation.record import Observer
-from softslip.solver.geometry import LOWER, UPPER, FloatArray, Layout
-from softslip.solver.state import State
-from softslip.solver.suspension import Evaluation
 from softslip.studies import scenes
+from softslip.studies.boxes import merged
+from softslip.studies.membrane_nodes import on_chains
 from softslip.studies.stability.cells import Cell
-from softslip.studies.stability.exact import crossing_of, polygon_area_error
-from softslip.studies.stability.scenery import merged, periodic_difference, scene_of
+from softslip.studies.stability.scenery import periodic_difference, scene_of
+from softslip.studies.stability.watched_run import Evidence, WatchedRun, watched
 
 Verdict = Literal["correct", "stopped", "wrong"]
-
-STRESS_ERROR = 1e-6
-"""Largest deviation of the x-averaged stress from σ anywhere, over σ plus what contacts carry."""
-
-AREA_ERROR = 0.02
-"""Largest relative change of any area."""
 
 POSITION_ERROR = 0.15
 """Largest rms difference of the nodes from the finer run, over the contact range: half of what a
@@ -49,9 +39,6 @@ LOST_DIGITS = 1e-9
 """Largest relative change of rates when whole periods are taken from the walls' displacements: a
 hundred periods cost two digits of sixteen, and stiff forces some more."""
 
-LOOKS = 8
-"""Times at which membranes are checked for crossings, besides the end."""
-
 TIGHTER = 10.0
 """Ratio of the tolerances of a cell and of its finer run."""
 
@@ -65,39 +52,6 @@ FIRST, LONGEST = 1e-3, 0.1
 """First and longest step of a finer run [time unit]."""
 
 
-@dataclass
-class Evidence:
-    """What a cell came to; NaN for what it did not come to.
-
-    Attributes
-    ----------
-    time, steps, rejections
-        Simulated time, and steps and refused trials it took.
-    film
-        Smallest distance between contact points of two bodies over σ_LJ.
-    stress_error, area_error, position_error, rate_error
-        See the limits of this module.
-    crossings
-        Looks at which membranes crossed each other, themselves or a wall.
-    regularisation_error
-        Relative difference of the shear rate from that at a quarter of ε.
-    seconds
-        Processor time of the cell without its finer run [s].
-    """
-
-    time: float = math.nan
-    steps: float = math.nan
-    rejections: float = math.nan
-    film: float = math.nan
-    stress_error: float = math.nan
-    area_error: float = math.nan
-    position_error: float = math.nan
-    rate_error: float = math.nan
-    crossings: float = math.nan
-    regularisation_error: float = math.nan
-    seconds: float = math.nan
-
-
 @dataclass(frozen=True)
 class Judgement:
     """What became of a cell, why, and the numbers behind it."""
@@ -107,51 +61,13 @@ class Judgement:
     evidence: Evidence
 
 
-@dataclass
-class Watch:
-    """Looks at a run from outside, at every step and at `LOOKS` times more closely."""
-
-    parameters: Parameters
-    layout: Layout
-    looks: set[float]
-    stress_error: float = 0.0
-    area_error: float = 0.0
-    film: float = math.inf
-    crossings: list[str] = field(default_factory=list)
-    lost: str = ""
-
-    def __post_init__(self) -> None:
-        """Prepare what looks at the flow."""
-        self._observer = Observer(self.parameters, self.layout, assembly.mean_flow(self.parameters))
-
-    def __call__(self, state: State, evaluation: Evaluation) -> None:
-        """Take note of a state."""
-        self.film = min(self.film, evaluation.film_thickness)
-        if not self.lost and not np.isfinite(state.vector).all():
-            self.lost = f"a state that is not finite at step {state.step}"
-        if state.time in self.looks:
-            self._measure(state, evaluation)
-
-    def _measure(self, state: State, evaluation: Evaluation) -> None:
-        measured = self._observer.measure(state, evaluation)
-        stress = self.parameters.rheometer.stress or 0.0
-        forces = np.abs(evaluation.body_forces[:, 0]).sum() / self.parameters.channel.length
-        size = stress + forces
-        off = abs(evaluation.stress - stress) + float(measured["stress_deviation"])
-        self.stress_error = max(self.stress_error, off / size if size else off)
-        self.area_error = max(self.area_error, polygon_area_error(state, self.layout))
-        crossing = crossing_of(state, self.layout, self.parameters)
-        if crossing:
-            self.crossings.append(f"{crossing} at time {state.time:.4g}")
-
-
 def judge(cell: Cell) -> Judgement:
     """Run a cell and say what became of it."""
     evidence = Evidence()
     clock = time.process_time()
     try:
         scene = scene_of(cell.start, cell.tree)
-        run = _run(scene, cell.duration, evidence)
+        run = watched(scene, cell.duration, evidence)
     except SoftslipError as error:
         evidence.seconds = time.process_time() - clock
         return Judgement("stopped", f"{type(error).__name__}: {error}", evidence)
@@ -166,49 +82,6 @@ def judge(cell: Cell) -> Judgement:
     if cell.group == "far_shear":
         faults += _lost_digits(scene, run)
     return Judgement("wrong" if faults else "correct", "; ".join(faults), evidence)
-
-
-@dataclass(frozen=True)
-class WatchedRun:
-    """A run to its end, and what was seen on the way."""
-
-    watch: Watch
-    stretch: trajectory.Advanced
-    shear_rate: float
-
-    def faults(self) -> list[str]:
-        """Say which invariants do not hold."""
-        watch = self.watch
-        found = list(watch.crossings[:1])
-        found += [watch.lost] if watch.lost else []
-        for name, value, limit in (
-            ("stress", watch.stress_error, STRESS_ERROR),
-            ("area", watch.area_error, AREA_ERROR),
-        ):
-            if not value <= limit:
-                found.append(f"{name} is off by {value:.2g}, more than {limit:g}")
-        return found
-
-
-def _unseen(*_: float) -> None:
-    """Show no progress."""
-
-
-def _run(scene: scenes.Scene, duration: float, evidence: Evidence) -> WatchedRun:
-    state = scene.state
-    stops = duration * np.arange(1, LOOKS + 1) / LOOKS
-    watch = Watch(scene.parameters, scene.layout, {0.0, *stops.tolist()})
-    try:
-        done = trajectory.advance(scene.suspension, state, stops, scene.parameters, watch, _unseen)
-    finally:
-        evidence.film = watch.film / scene.parameters.steric.length
-        evidence.stress_error, evidence.area_error = watch.stress_error, watch.area_error
-        evidence.crossings = float(len(watch.crossings))
-    evidence.time, evidence.steps = done.state.time, float(done.state.step)
-    evidence.rejections = float(done.rejections)
-    moved = done.state.wall_displacement - state.wall_displacement
-    rate = float(moved[UPPER] - moved[LOWER]) / (scene.parameters.channel.height * duration)
-    return WatchedRun(watch, done, rate)
 
 
 def _tight(cell: Cell) -> dict[str, object]:
@@ -233,7 +106,7 @@ def _against_finer(
     for tree in [tight] if cell.criterion == "rates" else [closer, tight]:
         try:
             finer = scene_of(cell.start, tree)
-            other = _run(finer, cell.duration, Evidence())
+            other = watched(finer, cell.duration, Evidence())
         except NumericalError as error:
             problems.append(str(error))
             continue
@@ -259,7 +132,7 @@ def _sharpen(cell: Cell, scene: scenes.Scene, run: WatchedRun, evidence: Evidenc
     epsilon = regularisation_of(given) * given.hydrodynamics.resolution / SHARPER
     tree = merged(_tight(cell), {"hydrodynamics": {"regularisation": epsilon}})
     sharper = scene_of(cell.start, tree)
-    other = _run(sharper, cell.duration, Evidence())
+    other = watched(sharper, cell.duration, Evidence())
     evidence.regularisation_error, _ = _differences(cell, scene, run, (sharper, other))
 
 
@@ -270,27 +143,15 @@ def _differences(
     given = scene.parameters
     contact, span = given.steric.length, given.channel.height * cell.duration
     floor = RATE_FLOOR * contact / (span * RATE_ERROR)
-    ours, theirs = run.shear_rate, finer[1].shear_rate
-    rate = abs(ours - theirs) / (abs(theirs) + floor)
+    finer_rate = finer[1].shear_rate
+    rate = abs(run.shear_rate - finer_rate) / (abs(finer_rate) + floor)
     if cell.criterion == "rates" or not scene.layout.particles:
         return rate, math.nan
-    apart = periodic_difference(
-        run.stretch.state.node_position, _on_nodes(finer, scene.layout), given.channel.length
-    )
+    before, after = (np.diff(each.layout.offsets) for each in (finer[0], scene))
+    theirs = on_chains(finer[1].stretch.state.node_position, before, after)
+    ours = run.stretch.state.node_position
+    apart = periodic_difference(ours, theirs, given.channel.length)
     return rate, float(np.sqrt(np.mean(np.sum(apart**2, axis=1)))) / contact
-
-
-def _on_nodes(finer: tuple[scenes.Scene, WatchedRun], layout: Layout) -> FloatArray:
-    """Return the finer run's membranes at the material points of another layout's nodes."""
-    scene, run = finer
-    chains = split(run.stretch.state.node_position, scene.layout.offsets)
-    counts = np.diff(layout.offsets)
-    return np.concatenate(
-        [
-            scenes.interpolation(len(chain), int(count)) @ chain
-            for chain, count in zip(chains, counts, strict=True)
-        ]
-    )
 
 
 def _drift(scene: scenes.Scene, run: WatchedRun, evidence: Evidence) -> list[str]:

@@ -11,6 +11,7 @@ from softslip.analysis.observables.steady import steady_state
 from softslip.config.parameters import Parameters
 from softslip.errors import SoftslipError
 from softslip.simulation import hydrodynamics
+from softslip.studies.boxes import merged
 from softslip.studies.timing import Tell, silent
 from softslip.studies.tradeoff.member_dataset import DONE
 from softslip.studies.tradeoff.members import LEVEL, Member, parameters_of
@@ -133,9 +134,8 @@ def _run(
     given = parameters_of(
         member, _design_of(design, packing), stress, packing.roughness, seed=packing.seed
     )
-    tree = given.model_dump()
-    tree["time_stepping"]["shear_time"] = design.steady.duration
-    timed = Parameters.from_mapping(tree)
+    timing = {"time_stepping": {"shear_time": design.steady.duration}}
+    timed = Parameters.from_mapping(merged(given.model_dump(), timing))
     core = time.process_time()
     try:
         run = hydrodynamics.shear(aged, timed)

@@ -6,13 +6,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from softslip.config.parameters import Parameters
-from softslip.simulation import trajectory
+from softslip.simulation.trajectory import Advanced
 from softslip.solver.geometry import FloatArray, Layout
 from softslip.solver.membrane import membrane_areas
 from softslip.solver.state import State
 from softslip.solver.suspension import Evaluation
 from softslip.studies import scenes
 from softslip.studies.interval_means import IntervalMeans
+from softslip.studies.membrane_nodes import interpolation
 from softslip.studies.tradeoff.tradeoff_design import TradeoffDesign
 
 MARKERS = 48
@@ -87,10 +88,8 @@ def run_of(scene: scenes.Scene, design: TradeoffDesign, *, short: bool) -> Membe
     velocity = on_markers(scene.state.like(start.rate).node_position, scene.layout)
     watch = _Watch(scene, edges[short_window])
 
-    def advanced(state: State, stops: FloatArray) -> trajectory.Advanced:
-        return trajectory.advance(
-            scene.suspension, state, stops, scene.parameters, watch.visit, lambda *_: None
-        )
+    def advanced(state: State, stops: FloatArray) -> Advanced:
+        return scenes.advance_to(replace(scene, state=state), stops, watch.visit)
 
     begin = scene.state
     if design.skipped:
@@ -137,4 +136,4 @@ def on_markers(values: FloatArray, layout: Layout) -> FloatArray:
         Shape (particles, MARKERS, components).
     """
     chains = np.split(values, layout.offsets[1:-1])
-    return np.stack([scenes.interpolation(len(chain), MARKERS) @ chain for chain in chains])
+    return np.stack([interpolation(len(chain), MARKERS) @ chain for chain in chains])

@@ -1,22 +1,18 @@
 """The members of the trade-off: settings with a name, all measured on the same scenes."""
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Literal
 
 from softslip.config.parameters import Parameters
 from softslip.errors import ConfigError
-from softslip.studies import scenes
 from softslip.studies.bench import trajectories
+from softslip.studies.boxes import Tree, merged, nearest_gap
 from softslip.studies.tradeoff.tradeoff_design import TradeoffDesign, Variant
 
 Kind = Literal["factorial", "finest", "closer", "twin", "level", "variant"]
 """Of the grid of settings; the finest of each regularisation length; one on closer nodes still;
 the finest from displaced nodes; a level of fidelity; one that varies a level in one thing."""
-
-Tree = Mapping[str, Mapping[str, Any]]
-"""Settings by group and key."""
 
 LEVEL = "standard"
 """Level that gives members what the design does not vary, and that costs are compared with."""
@@ -82,27 +78,22 @@ def parameters_of(
     ConfigError
         When its settings contradict each other or the scene.
     """
-    groups: dict[str, dict[str, Any]] = {
-        # A rough channel is as dense as a smooth one between its bumps.
-        "suspension": {"area_reference": "free"},
-        "wall": {"roughness": roughness},
-    }
-    for name, values in member.settings.items():
-        groups[name] = {**groups.get(name, {}), **values}
+    # A rough channel is as dense as a smooth one between its bumps.
+    scene = {"suspension": {"area_reference": "free"}, "wall": {"roughness": roughness}}
+    groups = merged(scene, member.settings)
+    channel = dict(groups.pop("channel", {}))
     given = trajectories.parameters_of(
         design.particles,
         member.level,
         stress,
         seed=design.seed if seed is None else seed,
-        **{name: values for name, values in groups.items() if name != "channel"},
+        **groups,
     )
-    channel = dict(groups.get("channel", {}))
     if member.outer_gap is not None:
-        channel["outer_gap"] = scenes.nearest_gap(given.channel.height, member.outer_gap)
+        channel["outer_gap"] = nearest_gap(given.channel.height, member.outer_gap)
     if not channel:
         return given
-    tree = given.model_dump()
-    return Parameters.from_mapping({**tree, "channel": {**tree["channel"], **channel}})
+    return Parameters.from_mapping(merged(given.model_dump(), {"channel": channel}))
 
 
 def members_of(design: TradeoffDesign) -> dict[str, Member]:

@@ -13,6 +13,8 @@ from softslip.config.parameters import Parameters
 from softslip.simulation.record import described
 from softslip.solver.geometry import FloatArray
 from softslip.studies import scenes
+from softslip.studies.boxes import merged
+from softslip.studies.membrane_nodes import renoded
 from softslip.studies.timing import Tell, silent
 from softslip.studies.tradeoff.members import LEVEL, Member, finest_member, parameters_of
 from softslip.studies.tradeoff.tradeoff_design import TradeoffDesign
@@ -65,9 +67,9 @@ def aged_packing(
     """Return an aged packing of the design with a member's settings, see `scenes.aged_packing`."""
     # What is imposed has no effect on ageing.
     given = parameters_of(member, design, design.stresses[0], roughness, seed=seed)
-    tree = given.model_dump()
-    tree["time_stepping"]["ageing_time"] = design.ageing if ageing is None else ageing
-    return scenes.aged_packing(Parameters.from_mapping(tree))
+    timing = {"ageing_time": design.ageing if ageing is None else ageing}
+    timed = merged(given.model_dump(), {"time_stepping": timing})
+    return scenes.aged_packing(Parameters.from_mapping(timed))
 
 
 def scene_of(dataset: xr.Dataset, stress: float, roughness: float) -> xr.Dataset:
@@ -107,7 +109,7 @@ def on_member(scene: xr.Dataset, parameters: Parameters, displacement: float = 0
     NumericalError
         When no tethers are found that hold the walls.
     """
-    membranes = scenes.renoded(scene, parameters)
+    membranes = renoded(scene, parameters)
     if displacement:
         random = np.random.default_rng(np.random.SeedSequence(parameters.seed))
         moved = membranes["node_position"].values
@@ -126,7 +128,7 @@ def _flowing(
     )
     for member, duration in steps:
         parameters = parameters_of(member, design, stress, roughness)
-        scene = scenes.scene_of(scenes.renoded(membranes, parameters), parameters, walls)
+        scene = scenes.scene_of(renoded(membranes, parameters), parameters, walls)
         scene = replace(scene, state=scenes.advance(scene, duration).state)
         membranes, walls = scenes.membranes_of(scene), scene.state.wall_displacement
     return membranes.assign(wall_displacement=("wall", np.array(walls, dtype=np.float64)))

@@ -12,6 +12,7 @@ from softslip.files.conventions import FLAG_ATTRIBUTES
 from softslip.solver.films import REFERENCE_MESH_SIZE
 from softslip.solver.geometry import BoolArray, FloatArray
 from softslip.solver.mobility.grid import regularisation_length
+from softslip.studies.boxes import merged
 from softslip.studies.tradeoff.averages import gather_steady
 from softslip.studies.tradeoff.comparison import SCENE, Comparison, root_mean_square
 from softslip.studies.tradeoff.long_runs import RATES
@@ -256,13 +257,8 @@ def _named(meaning: str) -> dict[str, str]:
 
 def _settings(member: xr.Dataset) -> str:
     """Return a member's numerical settings, with those of its level, as JSON."""
-    own = json.loads(member.attrs["settings"])
-    merged = {
-        group: dict(values) for group, values in LEVELS.get(member.attrs["level"], {}).items()
-    }
-    for group, values in own.items():
-        merged[group] = {**merged.get(group, {}), **values}
-    return json.dumps(merged, sort_keys=True)
+    own, level = json.loads(member.attrs["settings"]), LEVELS.get(member.attrs["level"], {})
+    return json.dumps(merged(level, own), sort_keys=True)
 
 
 def _status(member: xr.Dataset) -> str:

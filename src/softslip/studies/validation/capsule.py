@@ -2,23 +2,27 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
-import xarray as xr
 
 from softslip.config.fields import quantity
 from softslip.config.parameters import Parameters
 from softslip.errors import ConfigError, NumericalError
-from softslip.simulation import assembly, trajectory
-from softslip.simulation.expansion import membrane_node_counts
-from softslip.solver.geometry import FloatArray
 from softslip.solver.health import LARGEST_MOVE
-from softslip.studies.scenes import Scene
-from softslip.studies.validation.boundary_integral import deformation, moments, steady_capsule
+from softslip.studies.boxes import MEAN_RADIUS
+from softslip.studies.scenes import Scene, advance_to
+from softslip.studies.validation.boundary_integral import steady_capsule
 from softslip.studies.validation.case import Case, Outcome
-from softslip.studies.validation.lone import RADIUS, lone_parameters, lone_scene, two_sides
+from softslip.studies.validation.inertia import deformation, moments
+from softslip.studies.validation.lone import (
+    layout_of_circles,
+    lone_parameters,
+    lone_scene,
+    two_sides,
+    unit_circle,
+)
 
 WINDOW, STEADY = 6, 5e-4
 """A capsule is steady when D has stayed within this relative range while γ̇t grew by the window: a
@@ -89,7 +93,7 @@ class Capsule(Case):
         "stiffness are so compressed that it crumples, and there is no steady shape.",
     )
     radius: float = quantity(
-        RADIUS,
+        MEAN_RADIUS,
         symbol="a",
         unit="length unit",
         ge=0.003,
@@ -171,14 +175,12 @@ class Capsule(Case):
         """Return the steady capsule in a box of some side [length unit]."""
         parameters = self.parameters(side)
         scene = circle(parameters, self.radius)
-        rate, state = self.capillary / self.radius, scene.state
+        rate = self.capillary / self.radius
         euler = parameters.time_stepping.integrator == "euler"
         history: list[tuple[float, float, float]] = []
         for strain in range(1, MOST_STRAIN + 1):
-            state = trajectory.advance(
-                scene.suspension, state, np.array([strain / rate]), parameters, _ignore, _ignore
-            ).state
-            area, _, second = moments(state.node_position)
+            scene = replace(scene, state=advance_to(scene, np.array([strain / rate])).state)
+            area, _, second = moments(scene.state.node_position)
             history.append((*deformation(second), area / (math.pi * self.radius**2) - 1))
             latest = [deformation for deformation, *_ in history[-WINDOW - 1 :]]
             steady = strain > WINDOW and max(latest) - min(latest) < STEADY * latest[-1]
@@ -187,30 +189,18 @@ class Capsule(Case):
         raise NumericalError(
             "taylor_deformation",
             0,
-            state.step,
+            scene.state.step,
             f"still changes after a shear of {MOST_STRAIN}; use a higher fidelity",
         )
 
 
 def circle(parameters: Parameters, radius: float) -> Scene:
     """Return a circular membrane at its rest length in the middle of the channel."""
-    counts = membrane_node_counts(parameters)
-    angle = 2 * np.pi * np.arange(int(counts[0])) / int(counts[0])
-    particle = xr.Dataset(
-        {
-            "nodes_per_particle": ("particle", counts),
-            "reference_area": ("particle", [math.pi * radius**2]),
-        }
-    )
-    shape = radius * np.column_stack((np.cos(angle), np.sin(angle)))
-    return lone_scene(parameters, shape, assembly.layout_of(particle, parameters))
+    layout = layout_of_circles(parameters, radius)
+    return lone_scene(parameters, radius * unit_circle(layout.particle_nodes), layout)
 
 
 def unbounded(sides: Sequence[float], values: Sequence[float]) -> float:
     """Return the limit of a quantity that two boxes of side L give, linear in 1/L²."""
     small, large = (side**-2 for side in sides)
     return values[1] + (values[1] - values[0]) * large / (small - large)
-
-
-def _ignore(*_: FloatArray | float | object) -> None:
-    """Show nothing."""

@@ -1,26 +1,24 @@
 """Pure solvent between flat walls under an imposed stress: the whole way through the product."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import ClassVar, Literal
 
 import numpy as np
 
 from softslip.config.fields import quantity
 from softslip.config.parameters import Parameters
-from softslip.simulation import assembly, trajectory
 from softslip.simulation.trajectory import Advanced
 from softslip.solver.films import REFERENCE_MESH_SIZE
 from softslip.solver.geometry import LOWER, UPPER, FloatArray
 from softslip.solver.state import State
 from softslip.solver.suspension import Evaluation, Suspension
+from softslip.studies.boxes import MEAN_RADIUS
+from softslip.studies.scenes import advance_to, at_rest
 from softslip.studies.validation.case import Case, Outcome
+from softslip.studies.validation.lone import layout_of_circles
 from softslip.studies.validation.solutions import CouetteFlow as Exact
-from softslip.studies.validation.solvent_channel import (
-    LENGTH,
-    empty_channel,
-    empty_layout,
-    exact_sheets,
-)
+from softslip.studies.validation.solvent_channel import LENGTH, empty_channel, exact_sheets
 
 STEPS = 5
 """First steps' lengths that the flow is followed for."""
@@ -154,9 +152,8 @@ class Couette(Case):
 
 def _followed(given: Parameters) -> tuple[Suspension, float, Advanced]:
     """Return the scene, the relative wall speed at the start, and where some steps lead."""
-    layout = empty_layout(given)
-    suspension = assembly.assemble(given, layout, stress=given.rheometer.stress)
-    state = suspension.load(State.at_rest(np.empty((0, 2)), layout))
+    bare = at_rest(np.empty((0, 2)), layout_of_circles(given, MEAN_RADIUS), given)
+    scene = replace(bare, state=bare.suspension.load(bare.state))
     speeds: list[float] = []
 
     def visit(_: State, evaluation: Evaluation) -> None:
@@ -164,8 +161,8 @@ def _followed(given: Parameters) -> tuple[Suspension, float, Advanced]:
         speeds.append(float(walls[UPPER] - walls[LOWER]))
 
     stops = given.time_stepping.step * np.array([STEPS])
-    advanced = trajectory.advance(suspension, state, stops, given, visit, lambda *_: None)
-    return suspension, speeds[0], advanced
+    advanced = advance_to(scene, stops, visit)
+    return scene.suspension, speeds[0], advanced
 
 
 def _heights(given: Parameters) -> FloatArray:

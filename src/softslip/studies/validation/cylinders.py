@@ -10,17 +10,20 @@ import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from softslip.config.fields import quantity
-from softslip.config.sections import Hydrodynamics
+from softslip.config.parameters import Parameters
 from softslip.errors import NumericalError
+from softslip.simulation.assembly import regularisation_of
 from softslip.solver.films import REFERENCE_MESH_SIZE
 from softslip.solver.geometry import Box, FloatArray, IntArray, Layout
 from softslip.solver.mobility import Mobility
 from softslip.solver.mobility.ewald import EwaldMobility
-from softslip.solver.mobility.grid import GridMobility, regularisation_length
+from softslip.solver.mobility.grid import GridMobility
 from softslip.solver.mobility.quadrature import CorrectedQuadrature
 from softslip.solver.splitting import EWALD_REACH, best_split
+from softslip.studies.boxes import MEAN_RADIUS
 from softslip.studies.validation.case import Case, Outcome
 from softslip.studies.validation.lattice import array_drag
+from softslip.studies.validation.lone import unit_circle
 from softslip.studies.validation.rings import hydrodynamic_radius, mesh_lag
 from softslip.studies.validation.solvent_channel import empty_channel
 
@@ -47,7 +50,7 @@ class Cylinders(Case):
         0.1, symbol="c", unit="1", ge=0.01, le=0.6, description="Area fraction of the cylinders."
     )
     radius: float = quantity(
-        0.00846,
+        MEAN_RADIUS,
         symbol="a",
         unit="length unit",
         ge=16 * REFERENCE_MESH_SIZE,
@@ -90,8 +93,7 @@ class Cylinders(Case):
 class _Array:
     """One cylinder of the array in its periodic box, with the numerical settings."""
 
-    hydrodynamics: Hydrodynamics
-    viscosity: float
+    given: Parameters
     period: float
     radius: float
 
@@ -103,26 +105,19 @@ class _Array:
         cells = 2 * round(0.5 * case.radius * math.sqrt(math.pi / case.concentration) * resolution)
         period = cells / resolution
         radius = period * math.sqrt(case.concentration / math.pi)
-        return cls(given.hydrodynamics, given.solvent.viscosity, period, radius)
+        return cls(given, period, radius)
 
     @property
     def mesh_size(self) -> float:
-        return 1.0 / self.hydrodynamics.resolution
-
-    @property
-    def regularisation(self) -> float:
-        own = self.hydrodynamics.regularisation
-        if own is None:
-            return regularisation_length(self.mesh_size, self.hydrodynamics.symbol)
-        return own * self.mesh_size
+        return 1.0 / self.given.hydrodynamics.resolution
 
     def hydrodynamic_radius(self) -> float:
         """Return the radius that the ring of nodes seems to have to the flow [length unit]."""
-        if self.hydrodynamics.mobility == "grid":
+        if self.given.hydrodynamics.mobility == "grid":
             # The Gaussian whose E|ξ| is that of the mesh.
             equivalent = 0.5 * math.sqrt(math.pi) * mesh_lag() * self.mesh_size
             return hydrodynamic_radius(self.radius, equivalent)
-        return hydrodynamic_radius(self.radius, self.regularisation)
+        return hydrodynamic_radius(self.radius, regularisation_of(self.given))
 
     def drag(self) -> tuple[float, int]:
         """Return F/(ηU) and how many evaluations of the mobility it took."""
@@ -144,15 +139,14 @@ class _Array:
             raise NumericalError(
                 "forces", 0, 0, "do not move all nodes alike; use more nodes or a larger radius"
             )
-        return float(forces[::2].sum()) / self.viscosity, count
+        return float(forces[::2].sum()) / self.given.solvent.viscosity, count
 
     def _ring(self) -> tuple[FloatArray, "_Ring"]:
         """Return the nodes about the middle of the channel, shape (nodes, 2), and their layout."""
-        spacing = self.hydrodynamics.node_spacing * self.mesh_size
+        spacing = self.given.hydrodynamics.node_spacing * self.mesh_size
         count = round(2 * math.pi * self.radius / spacing)
-        angle = 2 * np.pi * np.arange(count) / count
         middle = np.array([0.5 * self.period, 0.5 * self._box.height])
-        positions = middle + self.radius * np.column_stack((np.cos(angle), np.sin(angle)))
+        positions = middle + self.radius * unit_circle(count)
         arc = 2 * math.pi * self.radius / count
         offsets = np.array([0, count], np.int64)
         return positions, _Ring(offsets, np.array([arc]), np.empty((2, 0, 2)), arc)
@@ -164,16 +158,17 @@ class _Array:
 
     def _mobility(self, layout: Layout) -> Mobility:
         """Return the level's mobility, with a near sum that finds room between the cylinders."""
-        settings, box = self.hydrodynamics, self._box
+        settings, box = self.given.hydrodynamics, self._box
+        viscosity = self.given.solvent.viscosity
         if settings.mobility == "grid":
-            return GridMobility(box, settings.resolution, self.viscosity, settings.symbol)
-        epsilon = self.regularisation
+            return GridMobility(box, settings.resolution, viscosity, settings.symbol)
+        epsilon = regularisation_of(self.given)
         best = best_split(settings.regularisation or 1.0, settings.node_spacing) * self.mesh_size
         room = min(box.outer_gap, box.length / 3) / EWALD_REACH
-        plain = EwaldMobility(box, epsilon, self.viscosity, min(best, room))
+        plain = EwaldMobility(box, epsilon, viscosity, min(best, room))
         if settings.quadrature == "plain":
             return plain
-        return CorrectedQuadrature(plain, layout, box.length, epsilon, self.viscosity)
+        return CorrectedQuadrature(plain, layout, box.length, epsilon, viscosity)
 
 
 class _Ring(Layout):

@@ -1,46 +1,30 @@
-"""Relaxation of a nearly circular membrane in fluid at rest, which linear theory solves exactly.
-
-Nodes X = (a + w) e_r + v e_θ of a circle of radius a whose rest perimeter is 2πa/λ₀, so that it is
-under the tension T₀ = K_e(λ₀ - 1); w = W cos nα and v = V sin nα are small. The part of the
-membrane force along the membrane's own normal that is constant only changes the pressure inside;
-what is left of it, per unit length of the circle, has the components p cos nα and q sin nα with
-
-    p = -[K_e λ₀ (W + nV) + T₀ (n² - 1) W]/a²,    q = -K_e λ₀ n (W + nV)/a².
-
-Forces (p, q) move the circle, with matched viscosities, at
-
-    (P, Q) = a/(4η(n² - 1)) [[n, -1], [-1, n]] (p, q),
-
-as one finds by writing the single layer in z = a e^{iα}, where r̂² is -zz'/a². The product of both
-matrices is triangular, and its eigenvalues are
-
-    n T₀/(4ηa)   with V = -W/n, a deformation without stretch (the slow mode),
-    n K_e λ₀/(4ηa)   with W = 0, a stretch without deformation (the fast mode).
-
-Without a tension at rest, the slow mode does not decay at all. In the solver forces act on the
-fluid over the regularisation length ε: its own linear theory has the integrals of `response`.
-"""
+"""Relaxation of a nearly circular membrane in fluid at rest, against linear theory."""
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar, Literal
 
 import numpy as np
-from scipy.special import jv, jvp
 
 from softslip.config.fields import quantity
 from softslip.config.parameters import Parameters
-from softslip.simulation import trajectory
 from softslip.simulation.assembly import regularisation_of
 from softslip.simulation.expansion import membrane_node_counts
 from softslip.simulation.sample import wall_contour
 from softslip.solver.geometry import FloatArray, Layout, wall_positions
-from softslip.studies.scenes import Scene
+from softslip.studies.boxes import MEAN_RADIUS
+from softslip.studies.scenes import Scene, advance_to
 from softslip.studies.validation.capsule import unbounded
 from softslip.studies.validation.case import Case, Outcome
-from softslip.studies.validation.lone import RADIUS, lone_parameters, lone_scene, two_sides
+from softslip.studies.validation.lone import (
+    lone_parameters,
+    lone_scene,
+    two_sides,
+    unit_circle,
+)
+from softslip.studies.validation.ring_theory import Ring
 
 DECAY = 1.0
 """Part of the decay time, its inverse rate, over which the rate is measured."""
@@ -48,71 +32,12 @@ DECAY = 1.0
 LOOKS = 32
 """Times at which the amplitude is looked at, where steps end."""
 
-DECAYED = 7.0
-"""Argument εk beyond which e^{-ε²k²} counts as zero."""
-
 STEP_ERROR = 2e-4
 """Relative error of a rate that steps of second order make, ended by those times: (r Δt)²/6."""
 
 UNEXPLAINED = 0.01
 """Relative error of a rate that nothing accounts for: levels leave 0.1 %, and the mesh responds to
 short waves not quite like a Gaussian of the same second moment."""
-
-SAMPLES_PER_WAVE = 16
-"""Points of the integrals of Bessel functions for each of their half-waves."""
-
-
-@dataclass(frozen=True)
-class Ring:
-    """Linear theory of a membrane near the circle.
-
-    Attributes
-    ----------
-    radius, stretch, mode
-        a, λ₀ and n ≥ 2.
-    regularisation
-        ε of the fluid's response; 0 is the theory of a sharp membrane.
-    """
-
-    radius: float
-    stretch: float
-    mode: int
-    regularisation: float = 0.0
-
-    def response(self) -> FloatArray:
-        """Return the matrix from (p, q) to (P, Q), η = 1, shape (2, 2).
-
-        With ε it is that of the streamfunction ψ_k = e^{-ε²k²} (n p J_n - k a q J_n')/k⁴ of the
-        ring of forces, by Hankel transforms, with J_n = J_n(ka).
-        """
-        n, a = self.mode, self.radius
-        if self.regularisation == 0:
-            return a / (4 * (n * n - 1)) * np.array([[n, -1.0], [-1.0, n]])
-        end = DECAYED * a / self.regularisation
-        count = math.ceil(end / math.pi) * SAMPLES_PER_WAVE
-        nodes, weights = np.polynomial.legendre.leggauss(SAMPLES_PER_WAVE)
-        edges = np.linspace(0.0, end, count // SAMPLES_PER_WAVE + 1)
-        half = 0.5 * np.diff(edges)[:, None]
-        x = (edges[:-1, None] + half * (1 + nodes)).ravel()
-        weight = (half * weights).ravel() * np.exp(-((self.regularisation * x / a) ** 2))
-        bessel, slope = jv(n, x), jvp(n, x)
-        radial = np.sum(weight * (n * bessel) ** 2 / x**3)
-        mixed = -np.sum(weight * n * bessel * slope / x**2)
-        along = np.sum(weight * slope**2 / x)
-        return a * np.array([[radial, mixed], [mixed, along]])
-
-    def forces(self) -> FloatArray:
-        """Return the matrix from (W, V) to (p, q), K_e = 1, shape (2, 2)."""
-        n, tension = self.mode, self.stretch - 1
-        stretching = self.stretch * np.array([[1.0, n], [n, n * n]])
-        straightening = tension * np.array([[n * n - 1.0, 0.0], [0.0, 0.0]])
-        return -(stretching + straightening) / self.radius**2
-
-    def modes(self) -> tuple[FloatArray, FloatArray]:
-        """Return both decay rates, the slow one first, and (W, V) of both as columns."""
-        rates, columns = np.linalg.eig(-self.response() @ self.forces())
-        order = np.argsort(rates.real)
-        return rates.real[order], columns.real[:, order]
 
 
 @dataclass(frozen=True)
@@ -180,7 +105,7 @@ class Ellipse(Case):
         description="Largest displacement at the start over the radius; the theory is linear.",
     )
     radius: float = quantity(
-        RADIUS,
+        MEAN_RADIUS,
         symbol="a",
         unit="length unit",
         ge=0.003,
@@ -257,13 +182,10 @@ class Ellipse(Case):
         # it.
         along = np.linalg.inv(columns)[branch]
         times, amplitudes = [0.0], [float(along @ self._shape(scene.state.node_position))]
-        state = scene.state
         for stop in stops:
-            state = trajectory.advance(
-                scene.suspension, state, np.array([stop]), parameters, _ignore, _ignore
-            ).state
+            scene = replace(scene, state=advance_to(scene, np.array([stop])).state)
             times.append(float(stop))
-            amplitudes.append(float(along @ self._shape(state.node_position)))
+            amplitudes.append(float(along @ self._shape(scene.state.node_position)))
         left = np.abs(amplitudes) / abs(amplitudes[0])
         return -float(np.polyfit(times, np.log(left), 1)[0]), float(left[-1])
 
@@ -280,8 +202,8 @@ class Ellipse(Case):
         area = 1 + 0.5 * float(small[0] ** 2 + small[1] ** 2) + self.mode * small[0] * small[1]
         radial = 1 / math.sqrt(area) + small[0] * np.cos(self.mode * angle)
         shift = small[1] * np.sin(self.mode * angle)
-        outward = np.column_stack((np.cos(angle), np.sin(angle)))
-        around = np.column_stack((-np.sin(angle), np.cos(angle)))
+        outward = unit_circle(count)
+        around = np.column_stack((-outward[:, 1], outward[:, 0]))
         shape = self.radius * (radial[:, None] * outward + shift[:, None] * around)
         return lone_scene(parameters, shape, self._layout(parameters, count))
 
@@ -306,7 +228,3 @@ class Ellipse(Case):
         around = relative[:, 1] * np.cos(angle) - relative[:, 0] * np.sin(angle)
         cosine, sine = np.cos(self.mode * angle), np.sin(self.mode * angle)
         return 2 / len(points) * np.array([np.sum(radial * cosine), np.sum(around * sine)])
-
-
-def _ignore(*_: object) -> None:
-    """Show nothing."""

@@ -18,8 +18,10 @@ from softslip.solver.mobility.ewald import EwaldMobility
 from softslip.solver.mobility.outside import StillOutside
 from softslip.solver.rheometer import relative_speed
 from softslip.solver.splitting import EWALD_REACH
+from softslip.studies.boxes import MEAN_RADIUS
 from softslip.studies.validation.case import Case, Outcome
-from softslip.studies.validation.solvent_channel import empty_channel, empty_layout, exact_sheets
+from softslip.studies.validation.lone import layout_of_circles
+from softslip.studies.validation.solvent_channel import empty_channel, exact_sheets
 
 GAP = 1 / 64
 """Solvent outside the sheets, which is still [length unit]."""
@@ -74,7 +76,7 @@ class Film(Case):
         """
         given = self.settings()
         height, viscosity = given.channel.height, given.solvent.viscosity
-        layout = empty_layout(given)
+        layout = layout_of_circles(given, MEAN_RADIUS)
         mobility = StillOutside(_mobility(given, layout), channel_box(given), viscosity)
         forces = np.zeros((layout.nodes, 2))
         for wall, traction in ((LOWER, -1.0), (UPPER, 1.0)):

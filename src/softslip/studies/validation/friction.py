@@ -12,11 +12,13 @@ from softslip.solver.films import REFERENCE_MESH_SIZE, contact_strength
 from softslip.solver.geometry import FloatArray, Layout
 from softslip.solver.neighbours import find_pairs
 from softslip.solver.steric import add_contacts
+from softslip.studies.boxes import MEAN_RADIUS as RADIUS
 from softslip.studies.validation.case import Case, Outcome
-from softslip.studies.validation.solvent_channel import level_of
+from softslip.studies.validation.lone import unit_circle
+from softslip.studies.validation.solvent_channel import empty_channel
 
-LENGTH, RADIUS = 0.125, 0.00846
-"""Period of the sheets, and radius of the circles, that of the paper's particles [length unit]."""
+LENGTH = 0.125
+"""Period of the sheets [length unit]."""
 
 LIMIT = 1e-2
 """Acceptable friction coefficient: the solvent in the films drags more than that."""
@@ -92,15 +94,8 @@ class Friction(Case):
     def _parameters(self) -> Parameters:
         """Return parameters with the level's contact points, in a box that none of them reads."""
         steric = {} if self.refinement is None else {"refinement": self.refinement}
-        return Parameters.from_mapping(
-            {
-                "fidelity": level_of(self.fidelity),
-                "channel": {"length": LENGTH, "height": 0.125, "outer_gap": 0.03125},
-                "suspension": {"area_fraction": 0.0},
-                "recording": {"bulk_margin": None},
-                "steric": steric,
-            }
-        )
+        box = {"length": LENGTH, "height": 0.125, "outer_gap": 0.03125}
+        return empty_channel(self.fidelity, channel=box, steric=steric)
 
 
 class _Sheets:
@@ -141,9 +136,8 @@ class _Circles:
     def force(self, offset: float) -> FloatArray:
         """Return torque over radius, and force along the line of centres, of the upper circle."""
         rings = [
-            centre + RADIUS * np.column_stack((np.cos(angle), np.sin(angle)))
+            centre + RADIUS * unit_circle(self._count, turned)
             for centre, turned in zip(self._centres, (0.0, offset), strict=True)
-            for angle in [2 * math.pi * (np.arange(self._count) + turned) / self._count]
         ]
         positions = np.concatenate((*rings, *self._walls))
         forces = np.zeros_like(positions)

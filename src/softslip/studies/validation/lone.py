@@ -8,14 +8,13 @@ import numpy as np
 from softslip.config.parameters import Parameters
 from softslip.errors import ConfigError
 from softslip.simulation import assembly
+from softslip.simulation.expansion import membrane_node_counts
 from softslip.solver.geometry import FloatArray, Layout
-from softslip.solver.state import State
-from softslip.studies.scenes import CELL, Scene, outer_gap
+from softslip.studies.boxes import CELL, outer_gap
+from softslip.studies.membrane_nodes import membrane_dataset
+from softslip.studies.scenes import Scene, at_rest
 from softslip.studies.validation.case import Fidelity
 from softslip.studies.validation.solvent_channel import level_of
-
-RADIUS = 0.00846
-"""Mean radius of the paper's particles [length unit]."""
 
 FEWEST_CELLS = 4
 """Sides of the box over `CELL` at least: the near sum must not meet itself around the box."""
@@ -47,7 +46,7 @@ def two_sides(box: float, radius: float) -> tuple[float, float]:
 
 
 def lone_parameters(
-    fidelity: Fidelity, side: float, radius: float, rheometer: dict[str, Any], **groups: Any
+    fidelity: Fidelity, side: float, radius: float, rheometer: dict[str, Any]
 ) -> Parameters:
     """Return the parameters of one particle in a square channel of some side.
 
@@ -61,15 +60,13 @@ def lone_parameters(
         Of the particle [length unit].
     rheometer
         What is imposed.
-    groups
-        Further settings, group by group.
 
     Raises
     ------
     ConfigError
         When they make no scene.
     """
-    tree: dict[str, Any] = {
+    tree = {
         "fidelity": level_of(fidelity),
         "channel": {"length": side, "height": side, "outer_gap": outer_gap(side)},
         "suspension": {
@@ -80,9 +77,20 @@ def lone_parameters(
         "rheometer": rheometer,
         "recording": {"bulk_margin": None},
     }
-    for group, values in groups.items():
-        tree[group] = {**tree.get(group, {}), **values}
     return Parameters.from_mapping(tree)
+
+
+def unit_circle(nodes: int, turn: float = 0.0) -> FloatArray:
+    """Return nodes on the circle of radius 1, turned by some spacings, shape (nodes, 2)."""
+    angle = 2 * np.pi * (np.arange(nodes) + turn) / nodes
+    return np.column_stack((np.cos(angle), np.sin(angle)))
+
+
+def layout_of_circles(parameters: Parameters, radius: float) -> Layout:
+    """Return the layout of a run whose particles, if any, are circles of one radius at rest."""
+    counts = membrane_node_counts(parameters)
+    areas, nodes = np.full(len(counts), math.pi * radius**2), np.empty((counts.sum(), 2))
+    return assembly.layout_of(membrane_dataset(nodes, counts, areas), parameters)
 
 
 def lone_scene(parameters: Parameters, shape: FloatArray, layout: Layout) -> Scene:
@@ -101,10 +109,5 @@ def lone_scene(parameters: Parameters, shape: FloatArray, layout: Layout) -> Sce
     layout
         Of its nodes, with their rest lengths.
     """
-    rheometer = parameters.rheometer
-    suspension = assembly.assemble(
-        parameters, layout, stress=rheometer.stress, shear_rate=rheometer.shear_rate
-    )
     middle = 0.5 * np.array([parameters.channel.length, parameters.channel.height])
-    state = State.at_rest(shape + middle, layout)
-    return Scene(parameters, layout, suspension, state)
+    return at_rest(shape + middle, layout, parameters)

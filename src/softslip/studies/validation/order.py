@@ -7,21 +7,21 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
 
 import numpy as np
-import xarray as xr
 
 from softslip.config.fields import quantity
 from softslip.config.parameters import Parameters
 from softslip.errors import NumericalError
-from softslip.simulation import assembly, trajectory
 from softslip.simulation.assembly import regularisation_of
-from softslip.simulation.expansion import membrane_node_counts
-from softslip.solver.geometry import FloatArray, IntArray
+from softslip.solver.geometry import FloatArray
 from softslip.solver.splitting import SPLIT_OVER_SPACING
 from softslip.solver.state import State
-from softslip.solver.suspension import Evaluation, Suspension
-from softslip.studies.scenes import CELL, interpolation, outer_gap
+from softslip.solver.suspension import Evaluation
+from softslip.studies.boxes import CELL, outer_gap
+from softslip.studies.boxes import MEAN_RADIUS as RADIUS
+from softslip.studies.membrane_nodes import interpolation
+from softslip.studies.scenes import Scene, advance_to, at_rest
 from softslip.studies.validation.case import Case, Outcome
-from softslip.studies.validation.lone import RADIUS
+from softslip.studies.validation.lone import layout_of_circles, unit_circle
 from softslip.studies.validation.solvent_channel import level_of
 
 LENGTH, HEIGHT = 5 * CELL, 4 * CELL
@@ -234,7 +234,7 @@ class Order(Case):
 
     def level(self, parameters: Parameters) -> Level:
         """Return where the nodes are after the wanted shear."""
-        state, suspension, counts = collision(parameters)
+        scene = collision(parameters)
         films: list[float] = []
 
         def visit(_: State, evaluation: Evaluation) -> None:
@@ -243,9 +243,7 @@ class Order(Case):
         step = parameters.time_stepping.step
         longest = self._coarsest if self.vary == "step" else FINE_STEP
         duration = max(round(self.strain / (SHEAR_RATE * longest)), 1) * longest
-        done = trajectory.advance(
-            suspension, state, np.array([duration]), parameters, visit, lambda *_: None
-        )
+        done = advance_to(scene, np.array([duration]), visit)
         if done.state.step != round(duration / step):
             raise NumericalError(
                 "step_size",
@@ -254,42 +252,31 @@ class Order(Case):
                 f"something else than the wanted {step:g} has limited the steps; "
                 "use another fidelity or a smaller strain",
             )
-        positions = np.split(done.state.node_position, np.cumsum(counts)[:-1])
+        offsets = scene.layout.offsets
+        positions = np.split(done.state.node_position, offsets[1:-1])
         size = {
             "step": step,
-            "node_spacing": 2 * math.pi * RADIUS / float(counts[0]),
-            "regularisation": 0.0,
+            "node_spacing": 2 * math.pi * RADIUS / float(offsets[1]),
+            "regularisation": regularisation_of(parameters),
             "resolution": 1 / parameters.hydrodynamics.resolution,
         }
-        if self.vary == "regularisation":
-            size["regularisation"] = regularisation_of(parameters)
         film = min(films) / parameters.steric.length
         work = done.evaluations / done.state.step
         return Level(size[self.vary], tuple(positions), film, work)
 
 
-def collision(parameters: Parameters) -> tuple[State, Suspension, IntArray]:
-    """Return two circles at rest about to collide, and their equations of motion."""
-    counts = membrane_node_counts(parameters)
+def collision(parameters: Parameters) -> Scene:
+    """Return two circles at rest about to collide."""
+    layout = layout_of_circles(parameters, RADIUS)
     middle = 0.5 * np.array([parameters.channel.length, parameters.channel.height])
     distance = 2 * RADIUS + FILM * parameters.steric.length
     shift = 0.5 * distance * np.array([-math.cos(ANGLE), math.sin(ANGLE)])
-    rings = []
-    for count, centre in zip(counts, (middle + shift, middle - shift), strict=True):
-        angle = 2 * np.pi * np.arange(count) / count
-        rings.append(centre + RADIUS * np.column_stack((np.cos(angle), np.sin(angle))))
-    particles = xr.Dataset(
-        {
-            "nodes_per_particle": ("particle", counts),
-            "reference_area": ("particle", np.full(2, math.pi * RADIUS**2)),
-        }
-    )
-    layout = assembly.layout_of(particles, parameters)
-    rheometer = parameters.rheometer
-    suspension = assembly.assemble(
-        parameters, layout, stress=rheometer.stress, shear_rate=rheometer.shear_rate
-    )
-    return State.at_rest(np.concatenate(rings), layout), suspension, counts
+    centres = (middle + shift, middle - shift)
+    rings = [
+        centre + RADIUS * unit_circle(int(count))
+        for count, centre in zip(np.diff(layout.offsets), centres, strict=True)
+    ]
+    return at_rest(np.concatenate(rings), layout, parameters)
 
 
 def apart(coarse: Level, fine: Level) -> float:

@@ -3,13 +3,9 @@
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-import xarray as xr
-
 from softslip.config.parameters import Parameters
-from softslip.simulation import assembly
 from softslip.simulation.assembly import regularisation_of
-from softslip.solver.geometry import Layout
+from softslip.studies.boxes import merged
 from softslip.studies.validation.case import Fidelity
 from softslip.studies.validation.solutions import MeshSheets, RegularisedSheets
 
@@ -37,22 +33,13 @@ def empty_channel(fidelity: Fidelity, **groups: Mapping[str, Any]) -> Parameters
     ConfigError
         When they contradict each other.
     """
-    channel = {"length": LENGTH, **groups.get("channel", {})}
-    tree: dict[str, Any] = {
+    tree = {
         "fidelity": level_of(fidelity),
+        "channel": {"length": LENGTH},
         "suspension": {"area_fraction": 0.0},
         "recording": {"bulk_margin": None},
-        **groups,
-        "channel": channel,
     }
-    return Parameters.from_mapping(tree)
-
-
-def empty_layout(given: Parameters) -> Layout:
-    """Return the nodes of the walls of a channel without particles."""
-    nobody = {"nodes_per_particle": np.empty(0, np.int64), "reference_area": np.empty(0)}
-    packing = xr.Dataset({name: ("particle", values) for name, values in nobody.items()})
-    return assembly.layout_of(packing, given)
+    return Parameters.from_mapping(merged(tree, groups))
 
 
 def exact_sheets(given: Parameters) -> RegularisedSheets | MeshSheets:
