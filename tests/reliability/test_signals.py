@@ -60,7 +60,9 @@ def test_a_signal_at_any_moment_spoils_nothing(
         folder, number = tmp_path / f"{turn}", SIGNALS[turn % len(SIGNALS)]
         moment = random.uniform(0, chain.seconds[stage])
         outcome = chain.run(folder, stage, *words, after=moment, number=number)
-        assert not outcome.late
+        assert not outcome.late, outcome.said
+        # What a signal handler raises within compiled code comes out as that.
+        assert "SystemError" not in outcome.said, outcome.said
         assert outcome.status != 0 or chain.output(folder, stage).exists()
         counts["stopped in order"] += outcome.status == STOPPED
         counts["stopped otherwise"] += outcome.status not in (0, STOPPED)

@@ -154,8 +154,11 @@ def packing(
     from softslip.simulation.packing import pack
 
     job = _Job(_stage_run(scenario, "packing", run, parameters), output)
-    with job.attempt(), interruptible(at_once=True):
-        job.write(pack(job.row.parameters))
+    with job.attempt():
+        with interruptible(at_once=True):
+            discs = pack(job.row.parameters)
+        with interruptible(at_once=False):
+            job.write(discs)
 
 
 @app.command()
@@ -173,12 +176,13 @@ def expansion(
     job = _Job(_stage_run(scenario, "expansion", run, parameters), output, parent)
     with (
         job.attempt(),
-        interruptible(at_once=True),
+        interruptible(at_once=False) as interruption,
         progress_report("expansion") as report,
     ):
 
         def tell(part: float) -> None:
             report(round(1000 * part), 1000, part)
+            interruption.check()
 
         job.write(expand(job.parent, job.row.parameters, tell))
 

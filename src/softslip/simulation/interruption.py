@@ -42,8 +42,9 @@ def interruptible(at_once: bool) -> Iterator[Interruption]:
     Parameters
     ----------
     at_once
-        Whether the first signal stops the block wherever it is, for work that writes no
-        checkpoints.
+        Whether the first signal stops the block wherever it is, for work that cannot look between
+        its steps. Not while files are written, whose locks would stay closed and let the cleaning
+        up wait for ever, nor within compiled code, which makes a SystemError of it.
 
     Raises
     ------
