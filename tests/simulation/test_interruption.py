@@ -4,7 +4,8 @@ import signal
 import pytest
 
 from softslip.errors import Interrupted
-from softslip.simulation.interruption import SIGNALS, interruptible
+from softslip.files.uninterrupted import SIGNALS
+from softslip.simulation.interruption import interruptible
 
 
 @pytest.mark.parametrize("number", SIGNALS)

@@ -154,11 +154,8 @@ def packing(
     from softslip.simulation.packing import pack
 
     job = _Job(_stage_run(scenario, "packing", run, parameters), output)
-    with job.attempt():
-        with interruptible(at_once=True):
-            discs = pack(job.row.parameters)
-        with interruptible(at_once=False):
-            job.write(discs)
+    with job.attempt(), interruptible(at_once=True):
+        job.write(pack(job.row.parameters))
 
 
 @app.command()

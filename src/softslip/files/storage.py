@@ -18,6 +18,7 @@ from softslip.errors import DatasetError, StorageError
 from softslip.files.conventions import CONVENTIONS, as_stored, as_used, discovery, without_discovery
 from softslip.files.schema import SCHEMAS, check_dataset
 from softslip.files.seals import check_seal, seal
+from softslip.files.uninterrupted import uninterrupted
 from softslip.messages import file_text
 
 REFERENCE = (
@@ -65,7 +66,7 @@ def write_dataset(dataset: xr.Dataset, path: Path, *, stage: str, run: str, titl
     labelled = stored.assign_attrs(_labels(dataset.attrs, stage, run, title))
     labelled = labelled.assign_attrs(digests(labelled))
     encoding = _encoding(labelled)
-    with replacing(path) as temporary:
+    with replacing(path) as temporary, uninterrupted():
         # The library below says RuntimeError where a disk is full.
         try:
             labelled.to_netcdf(temporary, engine="netcdf4", encoding=encoding)
@@ -240,7 +241,8 @@ def read_dataset(path: Path, *, stage: str, run: str | None = None) -> xr.Datase
         check_seal(path, required=False)
     try:
         # From the top: the library takes ~ for the home folder.
-        dataset = xr.load_dataset(path.absolute(), engine="netcdf4")
+        with uninterrupted():
+            dataset = xr.load_dataset(path.absolute(), engine="netcdf4")
     except FileNotFoundError:
         raise DatasetError(f"{name}: not there; run the {stage} stage first") from None
     # What the library raises for a damaged file has no common base; AttributeError is among it.

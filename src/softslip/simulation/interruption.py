@@ -6,9 +6,7 @@ from contextlib import contextmanager
 from types import FrameType
 
 from softslip.errors import Interrupted
-
-SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
-"""What a scheduler, a person and a closed terminal send."""
+from softslip.files.uninterrupted import SIGNALS
 
 
 class Interruption:
@@ -43,8 +41,7 @@ def interruptible(at_once: bool) -> Iterator[Interruption]:
     ----------
     at_once
         Whether the first signal stops the block wherever it is, for work that cannot look between
-        its steps. Not while files are written, whose locks would stay closed and let the cleaning
-        up wait for ever, nor within compiled code, which makes a SystemError of it.
+        its steps; not within compiled code, which makes a SystemError of it.
 
     Raises
     ------

@@ -1,0 +1,37 @@
+"""Signals that wait until a file is written or read."""
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
+"""What a scheduler, a person and a closed terminal send."""
+
+
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Keep signals for when the block has ended, and send them to this process again then.
+
+    A handler that raises within xarray, as that of Ctrl-C does, may leave one of its locks closed;
+    closing the file then waits for that lock for ever. Blocks that hold this take a moment only.
+    Where handlers cannot be set, in threads other than the main one, none is called either.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    waiting: list[int] = []
+
+    def wait(number: int, _: FrameType | None) -> None:
+        waiting.append(number)
+
+    before = {number: signal.signal(number, wait) for number in SIGNALS}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            # None stands for a handler that was not set by Python, and cannot be set by it.
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
+        for number in waiting:
+            signal.raise_signal(number)
