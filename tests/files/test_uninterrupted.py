@@ -26,11 +26,15 @@ def test_a_signal_is_answered_after_the_block(number):
 
 def test_ctrl_c_stops_only_what_comes_after_the_block():
     reached = []
-    with pytest.raises(KeyboardInterrupt):
+
+    def work():
         with uninterrupted():
             signal.raise_signal(signal.SIGINT)
             reached.append("end of the block")
         reached.append("beyond it")
+
+    with pytest.raises(KeyboardInterrupt):
+        work()
     assert reached == ["end of the block"]
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
@@ -38,10 +42,15 @@ def test_ctrl_c_stops_only_what_comes_after_the_block():
 def test_an_error_in_the_block_does_not_lose_the_signal():
     answered = []
     before = signal.signal(signal.SIGTERM, lambda *_: answered.append(True))
-    try:
-        with pytest.raises(OSError, match="disk"), uninterrupted():
+
+    def work():
+        with uninterrupted():
             signal.raise_signal(signal.SIGTERM)
             raise OSError("disk")
+
+    try:
+        with pytest.raises(OSError, match="disk"):
+            work()
     finally:
         signal.signal(signal.SIGTERM, before)
     assert answered == [True]

@@ -306,6 +306,8 @@ HANDED = {
     "FIGURES",
     # Reports.
     "table_row",
+    # Which signals stop a run.
+    "SIGNALS",
 }
 """Functions and constants of other rooms that those that compute use, but not for a result."""
 

@@ -33,5 +33,5 @@ def uninterrupted() -> Iterator[None]:
         for number, handler in before.items():
             # None stands for a handler that was not set by Python, and cannot be set by it.
             signal.signal(number, signal.SIG_DFL if handler is None else handler)
-        for number in waiting:
-            signal.raise_signal(number)
+        for each in waiting:
+            signal.raise_signal(each)
