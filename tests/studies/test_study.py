@@ -89,7 +89,7 @@ def test_a_document_that_has_lost_a_block_is_refused(document):
 
 
 def test_an_unfinished_study_is_not_published(tmp_path):
-    with pytest.raises(DatasetError, match="not there"):
+    with pytest.raises(DatasetError, match="is missing"):
         publish(tmp_path, tmp_path)
     assert not list(tmp_path.iterdir())
 

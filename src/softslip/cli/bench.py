@@ -72,7 +72,7 @@ def _show_bench(result: Mapping[str, Any], as_json: bool, output: Path | None) -
     console = Console(width=None if sys.stdout.isatty() else 160)
     console.print(_bench_table(dataset))
     if "element" in dataset.dims:
-        from softslip.studies.bench import elements_table
+        from softslip.studies.bench.elements_markdown import elements_table
 
         console.print(Markdown(elements_table(dataset)))
 

@@ -222,8 +222,8 @@ def publish(
 ) -> None:
     """Copy a study's datasets and figures to results/published/numerics, and write the tables.
 
-    Written anew are the generated blocks of docs/accuracy.md, and the settings that the key
-    `accuracy` chooses from.
+    The tables in the generated blocks of docs/accuracy.md are replaced, and so are the settings
+    that the key `accuracy` chooses from.
     """
     from softslip.studies.publish import publish as publish_study
 

@@ -1,4 +1,4 @@
-"""What is kept of a study: its datasets and figures, the tables of the document, the choices."""
+"""What is published of a study: datasets and figures, tables of the document, settings."""
 
 import json
 import re
@@ -15,7 +15,7 @@ from softslip.studies.tradeoff.choose import choices
 from softslip.studies.validation.errors_markdown import errors_table
 
 PUBLISHED = Path("results/published/numerics")
-"""Folder of what is kept, below the project's."""
+"""Folder of published studies, below the project's."""
 
 DOCUMENT = Path("docs/accuracy.md")
 """Document with the generated tables, below the project's folder."""
@@ -39,7 +39,7 @@ Blocks = Mapping[str, str]
 
 
 def publish(results: Path, root: Path = Path()) -> list[Path]:
-    """Keep a finished study: copy it, and write the tables that come from it anew.
+    """Publish a finished study: copy it, and rewrite the tables that come from it.
 
     Parameters
     ----------
@@ -80,13 +80,13 @@ def choices_text(rows: list[dict[str, Any]]) -> str:
 
 
 def _sources(results: Path) -> list[Path]:
-    """Return the files of a study that are kept, in a fixed order."""
+    """Return the files of a study that are published, in a fixed order."""
     found = [results / f"{name}.nc" for name in DATASETS]
     found += [results / f"{name}.png" for name in FIGURES]
     found += sorted((results / "validation").glob("*.nc"))
     for path in found:
         if not path.exists():
-            raise DatasetError(f"{path}: not there; finish the study with snakemake numerics")
+            raise DatasetError(f"{path}: is missing; finish the study with snakemake numerics")
     return found
 
 

@@ -8,10 +8,10 @@ import pytest
 
 from softslip.files.storage import read_dataset, write_dataset
 from softslip.simulation.sample import wall_contour
-from softslip.studies import bench, boxes, scenes
+from softslip.studies import bench, boxes, scenes, timing
 from softslip.studies.bench import elements, elements_scenes
 from softslip.studies.bench.datasets import ELEMENT_COSTS, WORDS
-from softslip.studies.bench.elements_markdown import COLUMNS
+from softslip.studies.bench.elements_markdown import COLUMNS, elements_table
 
 SMALL, LEVEL = 24, "preview"
 AGEING, SHEARING, DURATION = 0.5, 0.2, 0.4
@@ -104,7 +104,7 @@ def test_scenes_are_run_in_turns_and_the_least_time_counts(monkeypatch):
     monkeypatch.setattr(elements.scenes, "advance", advance)
     monkeypatch.setattr(elements, "_cost", lambda scene, stretch: (scene, stretch.core_seconds))
     assert elements._of_motion("with", "without", 2.0, 0.0) == (("with", 3.0), ("without", 7.0))
-    assert seen == ["with", "without"] * elements.ROUNDS
+    assert seen == ["with", "without"] * timing.FEWEST_ROUNDS
 
 
 def test_results_are_kept_with_their_words(result, kept):
@@ -120,7 +120,7 @@ def test_results_are_kept_with_their_words(result, kept):
 
 
 def test_the_table_says_what_is_switched_off_and_saved(result, kept):
-    title, _, head, rule, *rows = bench.elements_table(kept).splitlines()
+    title, _, head, rule, *rows = elements_table(kept).splitlines()
     assert f"{SMALL} particles at fidelity {LEVEL}" in title
     cells = [[cell.strip() for cell in row.strip("|").split(" | ")] for row in (head, *rows)]
     assert cells[0] == list(COLUMNS)

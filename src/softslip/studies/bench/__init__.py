@@ -5,7 +5,6 @@ Each returns a plain dictionary, and `as_dataset` makes a dataset of it.
 
 from softslip.studies.bench.datasets import as_dataset
 from softslip.studies.bench.elements import bench_elements
-from softslip.studies.bench.elements_markdown import elements_table
 from softslip.studies.bench.mobility import bench_mobility
 from softslip.studies.bench.run import bench_run
 from softslip.studies.bench.scaling import SIZES, bench_scaling
@@ -19,5 +18,4 @@ __all__ = [
     "bench_run",
     "bench_scaling",
     "bench_trajectory",
-    "elements_table",
 ]

@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from softslip.studies.meanings import attributes
+
 ELEMENT_COSTS = {
     f"{key}_{word}": (units, f"{meaning}, {word} the element")
     for key, (units, meaning) in {
@@ -124,7 +126,7 @@ def as_dataset(result: Mapping[str, Any]) -> xr.Dataset:
         elif key == SERIES:
             variables |= {name: _series(name, runs) for name, runs in value.items()}
         elif key == "time":
-            variables[key] = xr.DataArray(value, dims=key, attrs=_attributes(key))
+            variables[key] = xr.DataArray(value, dims=key, attrs=attributes(*UNITS[key]))
         elif isinstance(value, Mapping):
             for inner, figure in value.items():
                 variables[f"{key}_{inner}"] = _variable(inner, figure)
@@ -136,20 +138,15 @@ def as_dataset(result: Mapping[str, Any]) -> xr.Dataset:
     return dataset
 
 
-def _attributes(key: str) -> dict[str, str]:
-    units, meaning = UNITS[key]
-    return {"units": units, "long_name": meaning}
-
-
 def _variable(key: str, value: Any) -> xr.DataArray:
     dims = ("particles",) if isinstance(value, list) else ()
-    return xr.DataArray(value, dims=dims, attrs=_attributes(key))
+    return xr.DataArray(value, dims=dims, attrs=attributes(*UNITS[key]))
 
 
 def _series(key: str, runs: Mapping[str, Any]) -> xr.DataArray:
     """Return a variable over runs and ``time``."""
     values = np.array(list(runs.values()))
-    return xr.DataArray(values, {"run": list(runs)}, ("run", "time"), attrs=_attributes(key))
+    return xr.DataArray(values, {"run": list(runs)}, ("run", "time"), attrs=attributes(*UNITS[key]))
 
 
 def _table(key: str, table: Mapping[str, Any]) -> xr.DataArray:
@@ -157,4 +154,4 @@ def _table(key: str, table: Mapping[str, Any]) -> xr.DataArray:
     values = np.array(list(table.values()))
     dims = (TABLES[key], "particles")[: values.ndim]
     coordinates = {TABLES[key]: list(table)}
-    return xr.DataArray(values, dims=dims, coords=coordinates, attrs=_attributes(key))
+    return xr.DataArray(values, dims=dims, coords=coordinates, attrs=attributes(*UNITS[key]))

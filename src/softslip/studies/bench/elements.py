@@ -1,8 +1,9 @@
 """What each element of a scene costs: the same scene with it and without it, side by side."""
 
-import time
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
+from functools import partial
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -13,14 +14,10 @@ from softslip.simulation.record import Observer
 from softslip.solver.geometry import FloatArray
 from softslip.studies import boxes, scenes
 from softslip.studies.bench.elements_scenes import DILUTE, MARGIN, ROUGHNESS, Scenes
-from softslip.studies.timing import Tell, alternately, silent
+from softslip.studies.timing import Tell, alternately, cheapest, silent
 
 DURATION = 4.0
 """Time over which costs are taken: many of a run's steps [time unit]."""
-
-ROUNDS = 3
-"""How often each scene is run at least: the least time counts, and all else comes out the same."""
-
 
 FIELDS = 1.0
 """Velocity fields that a run with them keeps [1 / time unit]."""
@@ -158,7 +155,7 @@ def bench_elements(
     duration
         Of the runs [time unit].
     budget
-        Time for the repeats of each comparison [s]; see `ROUNDS`.
+        Time for the repeats of each comparison [s].
     tell
         Shown the phases.
 
@@ -207,16 +204,10 @@ def bench_elements(
 
 def _of_motion(present: scenes.Scene, absent: scenes.Scene, duration: float, budget: float) -> Pair:
     """Return what two scenes take, run in turns."""
-    begin, rounds = time.perf_counter(), 0
-    runs: dict[int, list[scenes.Stretch]] = {0: [], 1: []}
-    while rounds < ROUNDS or time.perf_counter() - begin < budget:
-        rounds += 1
-        for place, scene in enumerate((present, absent)):
-            runs[place].append(scenes.advance(scene, duration))
-    first, second = (
-        min(stretches, key=lambda stretch: stretch.core_seconds) for stretches in runs.values()
-    )
-    return _cost(present, first), _cost(absent, second)
+    pair = {"with": present, "without": absent}
+    works = {name: partial(scenes.advance, scene, duration) for name, scene in pair.items()}
+    runs = cheapest(works, attrgetter("core_seconds"), budget)
+    return _cost(present, runs["with"]), _cost(absent, runs["without"])
 
 
 def _cost(scene: scenes.Scene, stretch: scenes.Stretch) -> Cost:

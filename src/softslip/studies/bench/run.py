@@ -50,7 +50,7 @@ def bench_run(
 ) -> dict[str, Any]:
     """Compare what a simulated time unit costs, from one sheared state.
 
-    Both schemes go on from the state that the level has reached, at the same stress, through the
+    Both schemes start from the state that the level has reached, at the same stress, through the
     loop of the shear stage with all its guards. The paper's scheme gets the same membranes on its
     own nodes, tethers that hold its walls rigid, and steps for as long as the budget lasts. The
     rates are means over just that stretch in both. The level's steps are longer than all of it,
@@ -102,7 +102,7 @@ def bench_run(
     count = max(FEWEST_STEPS, math.floor(budget / first.seconds))
     tell(f"taking {count} steps of the paper's scheme")
     slow = scenes.advance(paper, count * step)
-    tell(f"going on at fidelity {fidelity}")
+    tell(f"advancing the same state at fidelity {fidelity}")
     together = scenes.advance(level, slow.duration)
     fast = scenes.advance(level, level_time)
     tell("measuring the peak memory of both in processes of their own")

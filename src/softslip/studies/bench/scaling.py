@@ -126,7 +126,7 @@ def bench_scaling(
 ) -> dict[str, Any]:
     """Time an evaluation of the equations of motion and its parts in sheared packings of N.
 
-    An evaluation of one state again and again builds no lists of pairs. What they cost, and what
+    Repeated evaluations of one state build no lists of pairs. What they cost, and what
     the stepper and its guards do between evaluations, is part of ``running``.
 
     Parameters

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from softslip.errors import ConfigError
+from softslip.studies.meanings import with_meanings
 from softslip.studies.stability.axes import GROUPS
 from softslip.studies.stability.cells import Cell
 from softslip.studies.stability.map_design import MapDesign
@@ -92,10 +93,7 @@ def _dataset(rows: Sequence[tuple[Cell, Judgement]]) -> xr.Dataset:
         {name: ("cell", np.array(column, dtype=np.object_)) for name, column in words.items()}
         | {name: ("cell", np.array(column)) for name, column in numbers.items()}
     )
-    for name in dataset.variables:
-        unit, meaning = EVIDENCE.get(str(name)) or ("1", WORDS[str(name)])
-        dataset[name].attrs = {"units": unit, "long_name": meaning}
-    return dataset
+    return with_meanings(dataset, EVIDENCE | {name: ("1", WORDS[name]) for name in WORDS})
 
 
 def _finite(value: float) -> float:

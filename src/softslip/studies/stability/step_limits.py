@@ -14,6 +14,7 @@ from softslip.solver.integrators import Vector
 from softslip.solver.integrators.chebyshev import DAMPING, fixed_step, reach
 from softslip.solver.integrators.explicit import REACH
 from softslip.studies.boxes import Tree, merged
+from softslip.studies.meanings import with_meanings
 from softslip.studies.scenes import Scene
 from softslip.studies.stability.map_design import MapDesign
 from softslip.studies.stability.scenery import in_scheme, scene_of, start_tree
@@ -287,7 +288,4 @@ def _dataset(
         name: ("setting", [getattr(setting, name) for setting, *_ in rows]) for name in names
     }
     dataset = xr.Dataset(variables, {**coordinates, "stages": list(design.stages)})
-    for name in dataset.variables:
-        units, meaning = UNITS[str(name)]
-        dataset[name].attrs = {"units": units, "long_name": meaning}
-    return dataset.assign_attrs(damping=DAMPING, particles=PARTICLES)
+    return with_meanings(dataset, UNITS).assign_attrs(damping=DAMPING, particles=PARTICLES)

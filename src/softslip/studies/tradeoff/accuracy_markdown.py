@@ -1,6 +1,7 @@
 """The trade-off dataset as tables for people."""
 
-from typing import Any
+from collections.abc import Iterator
+from itertools import product
 
 import numpy as np
 import xarray as xr
@@ -64,7 +65,7 @@ def _rank(row: xr.Dataset) -> int:
 
 
 def _levels(tradeoff: xr.Dataset) -> str:
-    """Tell of the levels of fidelity, and of the finest members beside them."""
+    """Return a table of the levels of fidelity, and of the finest members beside them."""
     rows = [
         [
             f"`{str(row['member'].values).removeprefix('level-')}`",
@@ -105,7 +106,7 @@ def _levels(tradeoff: xr.Dataset) -> str:
 
 
 def _choices(tradeoff: xr.Dataset) -> str:
-    """Tell for each wanted error the cheapest settings."""
+    """Return a table of the cheapest settings for each wanted error."""
     rows, found = [], choices(tradeoff)
     for wanted in WANTED:
         best = next((row for row in found if row["error"] <= wanted), None)
@@ -133,7 +134,7 @@ def _choices(tradeoff: xr.Dataset) -> str:
 
 
 def _variants(tradeoff: xr.Dataset) -> str:
-    """Tell what one change to a level does."""
+    """Return a table of what one change to a level does."""
     found = _rows_of(tradeoff, "variant")
     if not found:
         return ""
@@ -171,17 +172,12 @@ def _variants(tradeoff: xr.Dataset) -> str:
 
 
 def _limits(tradeoff: xr.Dataset) -> str:
-    """Tell the limit of no regularisation in each scene, and how far schemes are from it."""
+    """Return a table of the limit ε → 0 in each scene, and how far schemes are from it."""
     paper = float(tradeoff.attrs["paper_regularisation"])
     finest = _rows_of(tradeoff, "finest")
     meshes = [row for row in _rows_of(tradeoff, "variant") if "mesh" in str(row["member"].values)]
     shown = sorted(finest, key=lambda row: float(row["regularisation"])) + meshes
-    rows = []
-    for quantity in tradeoff["quantity"].values:
-        for roughness in tradeoff["roughness"].values:
-            for stress in tradeoff["stress"].values:
-                place = {"quantity": quantity, "stress": stress, "roughness": roughness}
-                rows.append(_limit_row(tradeoff, place, shown))
+    rows = [[*place, *_limit_row(here, shown)] for place, here in _scenes(tradeoff)]
     labels = [
         f"ε = {float(row['regularisation']):.2g} dx"
         if str(row["kind"].values) == "finest"
@@ -198,47 +194,45 @@ def _limits(tradeoff: xr.Dataset) -> str:
     )
 
 
-def _limit_row(tradeoff: xr.Dataset, place: dict[str, Any], shown: list[xr.Dataset]) -> list[str]:
-    here = tradeoff.sel(place)
+def _scenes(tradeoff: xr.Dataset, prefix: str = "") -> Iterator[tuple[list[str], xr.Dataset]]:
+    """Yield quantity, roughness and stress as cells, and what the dataset has there."""
+    places = (
+        tradeoff[name].values for name in ("quantity", f"{prefix}roughness", f"{prefix}stress")
+    )
+    for quantity, roughness, stress in product(*places):
+        at = {"quantity": quantity, f"{prefix}roughness": roughness, f"{prefix}stress": stress}
+        yield [SYMBOLS[str(quantity)], f"{roughness:g}", f"{stress:g}"], tradeoff.sel(at)
+
+
+def _limit_row(here: xr.Dataset, shown: list[xr.Dataset]) -> list[str]:
     limit, scale = float(here["limit"]), float(here["scale"])
-    apart = [percent((float(row["mean"].sel(place)) - limit) / scale) for row in shown]
+    means = (float(here["mean"].sel(member=row["member"])) for row in shown)
     return [
-        SYMBOLS[str(place["quantity"])],
-        f"{place['roughness']:g}",
-        f"{place['stress']:g}",
         f"{limit:.4g} ± {_number(float(here['limit_uncertainty']), 1)}",
         percent(float(here["limit_residual"]) / scale),
-        *apart,
+        *(percent((mean - limit) / scale) for mean in means),
     ]
 
 
 def _steady(tradeoff: xr.Dataset) -> str:
-    """Tell the steady averages over the regularisation length."""
+    """Return a table of steady averages over the regularisation length."""
     spreads = tradeoff["steady_regularisation"].values
     order = np.argsort(spreads)
-    rows = []
-    for quantity in tradeoff["quantity"].values:
-        for roughness in tradeoff["steady_roughness"].values:
-            for stress in tradeoff["steady_stress"].values:
-                here = tradeoff.sel(
-                    quantity=quantity, steady_roughness=roughness, steady_stress=stress
-                )
-                rows.append(
-                    [
-                        SYMBOLS[str(quantity)],
-                        f"{roughness:g}",
-                        f"{stress:g}",
-                        _with_error(here["steady_limit"], here["steady_limit_error"]),
-                        _number(float(here["steady_chi_square"])),
-                        *(
-                            _with_error(here["steady_mean"][n], here["steady_error"][n])
-                            + (" *" if here["steady_runs"][n] < here["packings"] else "")
-                            for n in order
-                        ),
-                        _number(float(here["seed_scatter"])),
-                        *_wide(here, float(roughness)),
-                    ]
-                )
+    rows = [
+        [
+            *place,
+            _with_error(here["steady_limit"], here["steady_limit_error"]),
+            _number(float(here["steady_chi_square"])),
+            *(
+                _with_error(here["steady_mean"][n], here["steady_error"][n])
+                + (" *" if here["steady_runs"][n] < here["packings"] else "")
+                for n in order
+            ),
+            _number(float(here["seed_scatter"])),
+            *_wide(here),
+        ]
+        for place, here in _scenes(tradeoff, "steady_")
+    ]
     labels = [f"ε = {spreads[number]:.2g} dx" for number in order]
     header = ["quantity", "β", "σ", "limit ε → 0", "χ²", *labels, "between packings"]
     header += [
@@ -254,13 +248,13 @@ def _steady(tradeoff: xr.Dataset) -> str:
     )
 
 
-def _wide(here: xr.Dataset, roughness: float) -> list[str]:
+def _wide(here: xr.Dataset) -> list[str]:
     """Return what channels of twice the period have, which all have smooth walls."""
     if "wide_mean" not in here:
         return []
     return [
         _with_error(here["wide_mean"][number], here["wide_error"][number])
-        if roughness == 0
+        if here["steady_roughness"] == 0
         else "–"
         for number in range(here.sizes["wide_regularisation"])
     ]
@@ -271,23 +265,11 @@ def _with_error(value: xr.DataArray, error: xr.DataArray) -> str:
 
 
 def _run_lengths(tradeoff: xr.Dataset) -> str:
-    """Tell what shorter runs would have given."""
+    """Return a table of what shorter runs would have given."""
     rows = []
-    for quantity in tradeoff["quantity"].values:
-        for roughness in tradeoff["steady_roughness"].values:
-            for stress in tradeoff["steady_stress"].values:
-                here = tradeoff.sel(
-                    quantity=quantity, steady_roughness=roughness, steady_stress=stress
-                )
-                scale = abs(float(here["steady_mean"].mean()))
-                rows.append(
-                    [
-                        SYMBOLS[str(quantity)],
-                        f"{roughness:g}",
-                        f"{stress:g}",
-                        *(percent(float(value) / scale) for value in here["run_error"]),
-                    ]
-                )
+    for place, here in _scenes(tradeoff, "steady_"):
+        scale = abs(float(here["steady_mean"].mean()))
+        rows.append([*place, *(percent(float(value) / scale) for value in here["run_error"])])
     lengths = [f"{value:.3g}" for value in tradeoff["run_length"].values]
     return (
         "### Shorter runs\n\n"

@@ -7,6 +7,7 @@ import xarray as xr
 
 from softslip.solver.geometry import FloatArray
 from softslip.solver.mobility.grid import regularisation_length
+from softslip.studies.meanings import OF_QUANTITY, with_meanings
 from softslip.studies.tradeoff.extrapolation import fitted
 from softslip.studies.tradeoff.long_runs import RATES
 
@@ -15,6 +16,32 @@ FEWEST_BLOCKS, FEWEST_RECORDS = 2, 2
 
 HALVINGS = 4
 """How often the last half of a run is halved, to see what a shorter run would give."""
+
+MEANINGS = {
+    "steady_mean": (OF_QUANTITY, "steady average over the packings"),
+    "steady_error": (OF_QUANTITY, "its standard error"),
+    "steady_runs": ("1", "number of packings whose run is steady"),
+    "packings": ("1", "number of packings"),
+    "steady_cost": ("s / time unit", "processor time per simulated time of the long runs"),
+    "steady_limit": (OF_QUANTITY, "steady average extrapolated to no regularisation"),
+    "steady_limit_error": (OF_QUANTITY, "standard error of the extrapolated steady average"),
+    "steady_slope": (
+        OF_QUANTITY,
+        "change of the steady average per regularisation length over the mesh size",
+    ),
+    "steady_slope_error": (OF_QUANTITY, "standard error of that change"),
+    "steady_chi_square": ("1", "squared residuals of the straight line per degree of freedom"),
+    "seed_scatter": (OF_QUANTITY, "standard deviation between packings"),
+    "run_error": (OF_QUANTITY, "rms error of an average over a shorter time"),
+    "run_length": ("time unit", "time that a shorter run averages over"),
+    "wide_mean": (OF_QUANTITY, "steady average in channels of twice the period"),
+    "wide_error": (OF_QUANTITY, "its standard error"),
+    "steady_regularisation": ("1", "regularisation length over the paper's mesh size"),
+    "wide_regularisation": ("1", "regularisation length over the paper's mesh size"),
+    "steady_stress": ("stress unit", "imposed stress"),
+    "steady_roughness": ("1", "wall roughness"),
+}
+"""Unit and meaning of each variable."""
 
 
 def gather_steady(cases: Sequence[xr.Dataset]) -> xr.Dataset:
@@ -51,7 +78,7 @@ def gather_steady(cases: Sequence[xr.Dataset]) -> xr.Dataset:
             found[f"wide_{name}"] = means[f"steady_{name}"].rename(
                 steady_regularisation="wide_regularisation"
             )
-    return _told(found)
+    return with_meanings(found, MEANINGS)
 
 
 def _values(case: xr.Dataset, suffix: str) -> FloatArray:
@@ -152,7 +179,8 @@ def _deviations(case: xr.Dataset, name: str, column: int, length: float) -> list
 
 def _with_limits(found: xr.Dataset) -> xr.Dataset:
     """Add the straight lines to ε = 0."""
-    names = ("value", "error", "slope", "slope_error", "chi_square")
+    names = {"value": "limit", "error": "limit_error"}
+    names |= {name: name for name in ("slope", "slope_error", "chi_square")}
     shape = tuple(found.sizes[dim] for dim in ("quantity", "steady_stress", "steady_roughness"))
     table = {name: np.full(shape, np.nan) for name in names}
     spreads = found["steady_regularisation"].values
@@ -162,52 +190,6 @@ def _with_limits(found: xr.Dataset) -> xr.Dataset:
         line = fitted(spreads, means[place], errors[place])
         for name in names:
             table[name][place] = getattr(line, name)
-    labels = dict(
-        zip(names, ("limit", "limit_error", "slope", "slope_error", "chi_square"), strict=True)
+    return found.assign(
+        {f"steady_{label}": (order[:3], table[name]) for name, label in names.items()}
     )
-    return found.assign({f"steady_{labels[name]}": (order[:3], table[name]) for name in names})
-
-
-LONG_NAMES = {
-    "steady_mean": "steady average over the packings",
-    "steady_error": "its standard error",
-    "steady_runs": "number of packings whose run is steady",
-    "packings": "number of packings",
-    "steady_cost": "processor time per simulated time of the long runs",
-    "steady_limit": "steady average extrapolated to no regularisation",
-    "steady_limit_error": "standard error of the extrapolated steady average",
-    "steady_slope": "change of the steady average per regularisation length over the mesh size",
-    "steady_slope_error": "standard error of that change",
-    "steady_chi_square": "squared residuals of the straight line per degree of freedom",
-    "seed_scatter": "standard deviation between packings",
-    "run_error": "rms error of an average over a shorter time",
-    "run_length": "time that a shorter run averages over",
-    "wide_mean": "steady average in channels of twice the period",
-    "wide_error": "its standard error",
-    "steady_regularisation": "regularisation length over the paper's mesh size",
-    "wide_regularisation": "regularisation length over the paper's mesh size",
-    "steady_stress": "imposed stress",
-    "steady_roughness": "wall roughness",
-}
-"""What the variables are."""
-
-UNITS = {
-    "steady_runs": "1",
-    "packings": "1",
-    "steady_chi_square": "1",
-    "steady_regularisation": "1",
-    "wide_regularisation": "1",
-    "steady_roughness": "1",
-    "steady_stress": "stress unit",
-    "run_length": "time unit",
-    "steady_cost": "s / time unit",
-}
-"""Their units, but for those of the quantities."""
-
-
-def _told(found: xr.Dataset) -> xr.Dataset:
-    for name, meaning in LONG_NAMES.items():
-        if name in found.variables:
-            units = UNITS.get(name, "as of each quantity")
-            found[name].attrs.update(units=units, long_name=meaning)
-    return found

@@ -12,6 +12,7 @@ from softslip.config.parameters import Parameters
 from softslip.errors import SoftslipError
 from softslip.simulation import hydrodynamics
 from softslip.studies.boxes import merged
+from softslip.studies.meanings import attributes
 from softslip.studies.timing import Tell, silent
 from softslip.studies.tradeoff.member_dataset import DONE
 from softslip.studies.tradeoff.members import LEVEL, Member, parameters_of
@@ -155,9 +156,9 @@ def _run(
     found["cost"] = (
         (),
         core / design.steady.duration,
-        {"units": "s / time unit", "long_name": "processor time per simulated time"},
+        attributes("s / time unit", "processor time per simulated time"),
     )
-    found["status"] = (), DONE, {"units": "1", "long_name": "done, or why not"}
+    found["status"] = (), DONE, attributes("1", "done, or why not")
     return found
 
 
@@ -168,12 +169,11 @@ def _labelled(
     spreads: tuple[float | None, ...],
 ) -> xr.Dataset:
     values = [np.nan if spread is None else spread for spread in spreads]
+    stress = attributes("stress unit", "imposed stress")
+    length = "regularisation length over the paper's mesh size, NaN its mesh's own"
     named = dataset.assign_coords(
-        stress=("stress", list(design.steady.stresses)), regularisation=("regularisation", values)
-    )
-    named["stress"].attrs.update(units="stress unit", long_name="imposed stress")
-    named["regularisation"].attrs.update(
-        units="1", long_name="regularisation length over the paper's mesh size, NaN its mesh's own"
+        stress=("stress", list(design.steady.stresses), stress),
+        regularisation=("regularisation", values, attributes("1", length)),
     )
     return named.assign_attrs(
         case=packing.name, roughness=packing.roughness, seed=packing.seed, periods=packing.periods

@@ -2,6 +2,7 @@
 
 import json
 import time
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,8 @@ from softslip.errors import SoftslipError
 from softslip.simulation.record import ATTRIBUTES
 from softslip.solver.geometry import FloatArray
 from softslip.studies.interval_means import QUANTITIES
-from softslip.studies.timing import Tell, silent
+from softslip.studies.meanings import attributes
+from softslip.studies.timing import Tell, alternately, silent
 from softslip.studies.tradeoff.member_run import COUNTS, MARKERS, PLACES, MemberRun, run_of
 from softslip.studies.tradeoff.members import Member, parameters_of, reference_of
 from softslip.studies.tradeoff.precision import in_single_precision
@@ -77,19 +79,14 @@ def measure_member(
 
 def _time_in_turn(result: MemberRun | str, beside: MemberRun) -> None:
     """Add the times of an evaluation to the counts of a member and of the reference."""
-    timed = [beside, *([result] if isinstance(result, MemberRun) else [])]
-    least, spent, rounds = np.full(len(timed), np.inf), 0.0, 0
-    while spent < ROUNDS_FOR or rounds < FEWEST_ROUNDS:
-        rounds += 1
-        for number, each in enumerate(timed):
-            # The processor's time, as others may use the machine meanwhile.
-            begin = time.process_time()
-            each.last.suspension.evaluate(each.last.state)
-            taken = time.process_time() - begin
-            least[number] = min(least[number], taken)
-            spent += taken
-    for each, value in zip(timed, least, strict=True):
-        each.counts["evaluation_time"] = float(value)
+    runs = {"reference": beside} | ({"member": result} if isinstance(result, MemberRun) else {})
+    works = {
+        name: partial(run.last.suspension.evaluate, run.last.state) for name, run in runs.items()
+    }
+    # The processor's time, as others may use the machine meanwhile.
+    least = alternately(works, ROUNDS_FOR, FEWEST_ROUNDS, time.process_time)
+    for name, run in runs.items():
+        run.counts["evaluation_time"] = least[name]
 
 
 def _warm(dataset: xr.Dataset, member: Member, design: TradeoffDesign) -> None:
@@ -101,7 +98,7 @@ def _warm(dataset: xr.Dataset, member: Member, design: TradeoffDesign) -> None:
             scene = on_member(scene_of(dataset, stress, roughness), parameters)
             scene.suspension.closing_rate(scene.suspension.evaluate(scene.state))
         except SoftslipError:
-            continue  # It will be told of where it is run.
+            continue  # Where it is run, its status says why.
 
 
 def _attempt(
@@ -139,20 +136,14 @@ def _assembled(
     counts = {name: np.full(shape, np.nan) for name in (*COUNTS, *REFERENCE.values())}
     status = np.full(shape, DONE, dtype=object)
     places: dict[str, list[FloatArray]] = {name: [] for name in PLACES}
-    particles = dict(
-        zip(
-            zip(dataset["stress"].values, dataset["roughness"].values, strict=True),
-            dataset["particles"].values,
-            strict=True,
-        )
-    )
     for (stress, roughness), result in results.items():
         here = design.stresses.index(stress), design.roughnesses.index(roughness)
         for name, own in REFERENCE.items():
             counts[own][here] = references[stress, roughness][name]
         if isinstance(result, str):
             status[here] = result
-            lost = np.full((int(particles[stress, roughness]) * MARKERS, 2), np.nan)
+            particles = scene_of(dataset, stress, roughness).sizes["particle"]
+            lost = np.full((particles * MARKERS, 2), np.nan)
             for name in PLACES:
                 places[name].append(lost)
             continue
@@ -175,33 +166,36 @@ def _described(
 ) -> xr.Dataset:
     """Return the variables with their dimensions, units and meanings."""
     scene = ("stress", "roughness")
-
-    def told(units: tuple[str, str]) -> dict[str, str]:
-        return {"units": units[0], "long_name": units[1]}
-
     long_window, short_window = design.window
     edges = design.interval * np.arange(long_window + 1.0)
     variables: dict[str, Any] = {
-        **{name: ((*scene, "time"), series[name], told(ATTRIBUTES[name])) for name in QUANTITIES},
-        **{name: (scene, counts[name], told(COUNTS[name])) for name in COUNTS},
+        **{
+            name: ((*scene, "time"), series[name], attributes(*ATTRIBUTES[name]))
+            for name in QUANTITIES
+        },
+        **{name: (scene, counts[name], attributes(*COUNTS[name])) for name in COUNTS},
         **{own: (scene, counts[own], _of_reference(name)) for name, own in REFERENCE.items()},
         **{
-            name: (("marker_node", "axis"), np.concatenate(places[name]), told(PLACES[name]))
+            name: (("marker_node", "axis"), np.concatenate(places[name]), attributes(*PLACES[name]))
             for name in PLACES
         },
         "marker_scene": (
             "marker_node",
             np.repeat(np.arange(len(places["marker"])), [len(part) for part in places["marker"]]),
-            {"units": "1", "long_name": "scene of each marker, stress by stress at each roughness"},
+            attributes("1", "scene of each marker, stress by stress at each roughness"),
         ),
-        "status": (scene, status.astype(str), {"units": "1", "long_name": "done, or why not"}),
+        "status": (scene, status.astype(str), attributes("1", "done, or why not")),
     }
     return xr.Dataset(
         variables,
         coords={
-            "stress": ("stress", list(design.stresses), told(("stress unit", "imposed stress"))),
-            "roughness": ("roughness", list(design.roughnesses), told(("1", "wall roughness"))),
-            "time": ("time", edges[1:], told(("time unit", "end of a record"))),
+            "stress": (
+                "stress",
+                list(design.stresses),
+                attributes("stress unit", "imposed stress"),
+            ),
+            "roughness": ("roughness", list(design.roughnesses), attributes("1", "wall roughness")),
+            "time": ("time", edges[1:], attributes("time unit", "end of a record")),
         },
         attrs={
             "member": member.name,
@@ -218,8 +212,8 @@ def _described(
 
 
 def _of_reference(name: str) -> dict[str, str]:
-    units, meaning = COUNTS[name]
-    return {"units": units, "long_name": f"{meaning}: of the reference in the same job"}
+    unit, meaning = COUNTS[name]
+    return attributes(unit, f"{meaning}: of the reference in the same job")
 
 
 def _parameters(member: Member, design: TradeoffDesign) -> str:

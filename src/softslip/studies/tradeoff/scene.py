@@ -14,6 +14,7 @@ from softslip.simulation.record import described
 from softslip.solver.geometry import FloatArray
 from softslip.studies import scenes
 from softslip.studies.boxes import merged
+from softslip.studies.meanings import attributes
 from softslip.studies.membrane_nodes import renoded
 from softslip.studies.timing import Tell, silent
 from softslip.studies.tradeoff.members import LEVEL, Member, finest_member, parameters_of
@@ -51,8 +52,8 @@ def prepare(design: TradeoffDesign, tell: Tell = silent) -> xr.Dataset:
     places = [(stress, roughness) for roughness in design.roughnesses for stress in design.stresses]
     stresses, roughnesses = map(list, zip(*places, strict=True))
     return _joined(found).assign_coords(
-        stress=("scene", stresses, {"units": "stress unit", "long_name": "imposed stress"}),
-        roughness=("scene", roughnesses, {"units": "1", "long_name": "wall roughness"}),
+        stress=("scene", stresses, attributes("stress unit", "imposed stress")),
+        roughness=("scene", roughnesses, attributes("1", "wall roughness")),
     )
 
 
@@ -152,7 +153,7 @@ def _joined(found: list[xr.Dataset]) -> xr.Dataset:
                 "particles": (
                     "scene",
                     [each.sizes["particle"] for each in found],
-                    {"units": "1", "long_name": "number of particles of each scene"},
+                    attributes("1", "number of particles of each scene"),
                 ),
             }
         )

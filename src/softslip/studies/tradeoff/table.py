@@ -13,6 +13,7 @@ from softslip.solver.films import REFERENCE_MESH_SIZE
 from softslip.solver.geometry import BoolArray, FloatArray
 from softslip.solver.mobility.grid import regularisation_length
 from softslip.studies.boxes import merged
+from softslip.studies.meanings import OF_QUANTITY, attributes, with_meanings
 from softslip.studies.tradeoff.averages import gather_steady
 from softslip.studies.tradeoff.comparison import SCENE, Comparison, root_mean_square
 from softslip.studies.tradeoff.long_runs import RATES
@@ -43,16 +44,16 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "evaluations": ("1 / time unit", "evaluations per simulated time, mean of the scenes"),
     "rejections": ("1", "trial steps that were repeated shorter, of all scenes"),
     "pareto": ("1", "whether no other member is both more accurate and cheaper"),
-    "magnitude": ("as of each quantity", "rms value of the finest member in each scene"),
-    "scale": ("as of each quantity", "what errors are relative to at each stress"),
-    "limit": ("as of each quantity", "mean of the records at no regularisation"),
-    "limit_uncertainty": ("as of each quantity", "uncertainty of that limit"),
-    "limit_slope": ("as of each quantity", "its change per regularisation length over mesh size"),
-    "limit_residual": ("as of each quantity", "rms distance of the members from a straight line"),
+    "magnitude": (OF_QUANTITY, "rms value of the finest member in each scene"),
+    "scale": (OF_QUANTITY, "what errors are relative to at each stress"),
+    "limit": (OF_QUANTITY, "mean of the records at no regularisation"),
+    "limit_uncertainty": (OF_QUANTITY, "uncertainty of that limit"),
+    "limit_slope": (OF_QUANTITY, "its change per regularisation length over mesh size"),
+    "limit_residual": (OF_QUANTITY, "rms distance of the members from a straight line"),
     "limit_error": ("1", "uncertainty of the limit, relative, rms over scenes"),
     "closer_error": ("1", "rms difference of the finest member from one on closer nodes"),
     "floor": ("1", "rms difference of the finest member from its twin, by divergence alone"),
-    "mean": ("as of each quantity", "mean of the records that all members have"),
+    "mean": (OF_QUANTITY, "mean of the records that all members have"),
     "film_thickness": ("length unit", "mean of the smallest film in each scene"),
 }
 """Units and meanings of the members' variables."""
@@ -99,8 +100,7 @@ def gather(members: Sequence[xr.Dataset], steady: Sequence[xr.Dataset]) -> xr.Da
     )
     if steady:
         found = found.merge(gather_steady(steady), combine_attrs="override")
-    for name, (units, meaning) in VARIABLES.items():
-        found[name].attrs.update(units=units, long_name=meaning)
+    with_meanings(found, VARIABLES)
     found["pareto"].attrs.update(FLAG_ATTRIBUTES)
     return found
 
@@ -211,7 +211,7 @@ def _coordinates(table: Comparison) -> dict[str, Any]:
     def numerics(key: str, value: str) -> list[float]:
         return [float(tree.get(key, {}).get(value, np.nan)) for tree in table.trees]
 
-    def attributes(key: str) -> list[str]:
+    def stated(key: str) -> list[str]:
         return [each.attrs[key] for each in table.members]
 
     cells = np.array(numerics("hydrodynamics", "resolution")) * REFERENCE_MESH_SIZE
@@ -221,22 +221,22 @@ def _coordinates(table: Comparison) -> dict[str, Any]:
         "quantity": ("quantity", list(RATES), _words("observable")),
         **{name: first[name] for name in SCENE},
         "kind": ("member", table.kinds, _words("what it is there for")),
-        "level": ("member", attributes("level"), _words("level of fidelity that it varies")),
-        "effect": ("member", attributes("effect"), _words("what it shows the effect of")),
+        "level": ("member", stated("level"), _words("level of fidelity that it varies")),
+        "effect": ("member", stated("effect"), _words("what it shows the effect of")),
         "regularisation": (
             "member",
             table.spreads,
-            _named("regularisation length over the paper's mesh size"),
+            attributes("1", "regularisation length over the paper's mesh size"),
         ),
         "node_spacing": (
             "member",
             numerics("hydrodynamics", "node_spacing") / cells,
-            _named("node spacing over the paper's mesh size"),
+            attributes("1", "node spacing over the paper's mesh size"),
         ),
         "tolerance": (
             "member",
             numerics("time_stepping", "tolerance"),
-            _named("error of a step over the contact range that is accepted"),
+            attributes("1", "error of a step over the contact range that is accepted"),
         ),
         "settings": (
             "member",
@@ -249,10 +249,6 @@ def _coordinates(table: Comparison) -> dict[str, Any]:
 
 def _words(meaning: str) -> dict[str, str]:
     return {"long_name": meaning}
-
-
-def _named(meaning: str) -> dict[str, str]:
-    return {"units": "1", "long_name": meaning}
 
 
 def _settings(member: xr.Dataset) -> str:

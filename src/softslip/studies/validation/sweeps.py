@@ -11,6 +11,7 @@ import xarray as xr
 from softslip.config.fields import extra, owner
 from softslip.errors import ConfigError, SoftslipError
 from softslip.messages import NOTHING
+from softslip.studies.meanings import attributes
 from softslip.studies.timing import Tell, silent
 from softslip.studies.validation.case import Case, Outcome
 
@@ -99,7 +100,7 @@ def _dataset(
             values = [_value(outcome, kind, name) for outcome in outcomes]
             dataset[f"{name}_{kind}"] = (dims, np.reshape(values, shape), _labels(case, kind, name))
     passed = [outcome is not None and outcome.passed for outcome in outcomes]
-    words = {"units": "1", "long_name": "whether every error is within its tolerance"}
+    words = attributes("1", "whether every error is within its tolerance")
     dataset["passed"] = (dims, np.reshape(passed, shape), words)
     said = np.array(refusals, dtype=object).reshape(shape)
     dataset["refusal"] = (dims, said, {"long_name": "why there is no result; empty if there is"})
@@ -109,9 +110,9 @@ def _dataset(
         if name not in axes
     }
     leading = next(iter(_names(outcomes, "error")), "")
-    attributes = {"case": case.name, "summary": case.summary, "leading": leading}
+    about = {"case": case.name, "summary": case.summary, "leading": leading}
     plain = {name: "null" if value is None else value for name, value in others.items()}
-    return dataset.assign_attrs(attributes | plain)
+    return dataset.assign_attrs(about | plain)
 
 
 def _mapping(outcome: Outcome, kind: str) -> Mapping[str, float]:
@@ -134,9 +135,9 @@ def _value(outcome: Outcome | None, kind: str, name: str) -> float:
 
 
 def _labels(case: type[Case], kind: str, name: str) -> dict[str, str]:
-    units, meaning = case.units[name]
+    unit, meaning = case.units[name]
     relative = kind in ("error", "tolerance")
-    return {"units": "1" if relative else units, "long_name": KINDS[kind].format(meaning)}
+    return attributes("1" if relative else unit, KINDS[kind].format(meaning))
 
 
 def _axis(case: type[Case], name: str, values: Sequence[Any]) -> xr.Variable:
@@ -146,5 +147,5 @@ def _axis(case: type[Case], name: str, values: Sequence[Any]) -> xr.Variable:
     data = np.array([empty if value is None else value for value in values])
     field = case.model_fields[name]
     meaning = (field.description or "").split(". ")[0].rstrip(".")
-    labels = {"units": str(extra(field, "unit")), "long_name": meaning}
+    labels = attributes(str(extra(field, "unit")), meaning)
     return xr.Variable((name,), data.astype(object) if words else data, labels)
