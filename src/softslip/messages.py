@@ -1,7 +1,7 @@
 """How values, names and tables are written for people."""
 
 import reprlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from pydantic import BaseModel
 
@@ -61,6 +61,12 @@ def file_text(path: object) -> str:
 def key_text(key: object) -> str:
     """Return a key as an error message shows it, whatever it is."""
     return _cut(" ".join(printable(str(key)).split()))
+
+
+def enumerated(names: Sequence[str], most: int) -> str:
+    """Return the first of some names, and how many more there are."""
+    more = len(names) - most
+    return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")
 
 
 def table_row(cells: Iterable[str]) -> str:

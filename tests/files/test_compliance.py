@@ -35,9 +35,9 @@ from softslip.studies.bench import as_dataset
 from softslip.studies.bench.datasets import LABELS, SERIES, TABLES, UNITS, WORDS
 from softslip.studies.tradeoff import long_runs, member_dataset
 from softslip.studies.tradeoff.members import members_of
-from softslip.studies.tradeoff.scene import prepare
 from softslip.studies.tradeoff.table import gather
 from softslip.studies.tradeoff.tradeoff_design import TradeoffDesign
+from softslip.studies.tradeoff.tradeoff_scenes import prepare
 from softslip.studies.validation.film import Film
 
 ROOT = Path(__file__).parents[2]

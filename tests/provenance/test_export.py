@@ -272,7 +272,7 @@ def test_a_dataset_that_was_replaced_is_not_the_figures(moved):
     curve = read_dataset(moved / "flow_curve.nc", stage="flow_curve")
     changed = curve.assign(shear_stress=curve["shear_stress"] * 2)
     put(changed, moved / "flow_curve.nc", "flow_curve")
-    with pytest.raises(DatasetError, match=r"flow_curve\.nc is another version: draw the figure"):
+    with pytest.raises(DatasetError, match=r"flow_curve\.nc is another version: redraw the figure"):
         figure_table(moved / "figures" / "flow_curves.png")
 
 
@@ -294,7 +294,7 @@ def test_a_figure_that_looks_different_now_is_told(desk, monkeypatch):
     table, notes = figure_table(desk / "figures" / "creep.svg")
     assert table.series
     assert len(notes) == 1
-    assert "looks different when it is drawn again" in notes[0]
+    assert "looks different when it is redrawn" in notes[0]
 
 
 def test_a_figure_without_numbers_is_refused(tmp_path):

@@ -38,7 +38,7 @@ TABLE = [
     ("", "simulation.keeper analysis studies studies.publish studies.study"),
     ("", "studies.stability.map_markdown studies.tradeoff"),
     ("", "studies.validation.errors_markdown studies.bench.elements_markdown studies.markdown"),
-    ("", "studies.tradeoff.choose studies.tradeoff.accuracy_markdown"),
+    ("", "studies.tradeoff.choices studies.tradeoff.accuracy_markdown"),
     # These only collect names.
     ("", "analysis.observables studies.bench studies.stability"),
     (f"{RUNS} {MEASURED}", "simulation.sample solver.geometry"),

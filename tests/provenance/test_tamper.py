@@ -247,7 +247,7 @@ def test_a_result_that_a_rerun_made_again_is_no_problem(
     assert found.problems == ()
     remarks = [remark for each in found.verdicts for remark in each.remarks]
     assert [
-        str(packing) in remark and "made again since by a rerun" in remark for remark in remarks
+        str(packing) in remark and "has been recomputed since" in remark for remark in remarks
     ] == [True]
 
 

@@ -1,4 +1,4 @@
-"""What was made again with the same content is no newer than what was made from it."""
+"""What was recomputed with the same content is no newer than what was made from it."""
 
 import json
 import os

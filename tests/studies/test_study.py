@@ -16,7 +16,7 @@ from softslip.studies.publish import (
     with_blocks,
 )
 from softslip.studies.study import load_study
-from softslip.studies.tradeoff.choose import choices
+from softslip.studies.tradeoff.choices import choices
 from softslip.studies.tradeoff.members import members_of
 from softslip.studies.validation import CASES
 

@@ -153,7 +153,7 @@ def stability_map(data: Data, output: Output, study: StudyName = "full") -> None
 @one_line_errors
 def scene(output: Output, study: StudyName = "full") -> None:
     """Make the sheared packings that all members of the trade-off start from."""
-    from softslip.studies.tradeoff.scene import prepare
+    from softslip.studies.tradeoff.tradeoff_scenes import prepare
 
     job = _job(study)
     job.write(prepare(job.study.tradeoff, _tell), output, "scene", "scene")

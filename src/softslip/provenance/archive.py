@@ -59,13 +59,7 @@ class Whereabouts:
 
 
 class Archive:
-    """The results in a folder.
-
-    Parameters
-    ----------
-    folder
-        Of a scenario's results, or any folder with results below it.
-    """
+    """The results in a folder."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder

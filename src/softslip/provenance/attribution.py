@@ -50,7 +50,7 @@ PROVENANCE = (
 
 
 def parents_of(datasets: Iterable[xr.Dataset]) -> list[dict[str, str]]:
-    """Return what a result was made from, in words that the same run gives again."""
+    """Return what a result was made from, in words that a rerun repeats."""
     keys = ("stage", "run", CONTENT_DIGEST)
     return [{key: str(each.attrs[key]) for key in keys} for each in datasets]
 
@@ -74,13 +74,7 @@ class Job:
     def labels(
         self, parents: Iterable[xr.Dataset] = (), *, fingerprint: str, **run: Any
     ) -> dict[str, str]:
-        """Return the attributes of a dataset that say where it comes from, each as JSON.
-
-        Parameters
-        ----------
-        parents, fingerprint, run
-            See `provenance`.
-        """
+        """Return the attributes of a dataset that say where it comes from, each as JSON."""
         read = list(parents)
         record = self.provenance(read, fingerprint=fingerprint, **run)
         return {

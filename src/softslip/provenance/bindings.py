@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from softslip.provenance.normal_form import is_builtin_error, makes_error
+from softslip.provenance.normal_form import Names, makes_error
 from softslip.provenance.scopes import is_plain_error, is_text, names_in, parent_of, source_of
 
 if TYPE_CHECKING:
@@ -42,18 +42,8 @@ class Outside:
 Target = Key | ModuleName | Outside
 
 
-class Bindings:
-    """What the names in the statements of one definition are bound to; see `normal_form.Names`.
-
-    Parameters
-    ----------
-    package
-        The package, which resolves the names of modules.
-    module
-        Where the definition is.
-    statements
-        What it consists of.
-    """
+class Bindings(Names):
+    """What the names in the statements of one definition are bound to."""
 
     def __init__(self, package: "Package", module: str, statements: Iterable[ast.stmt]) -> None:
         self.statements = list(statements)
@@ -90,7 +80,7 @@ class Bindings:
         if isinstance(target, Outside):
             return target.name in self._package.errors
         if target is None:
-            return isinstance(node, ast.Name) and is_builtin_error(node.id)
+            return super().is_known_error(node)
         statements = self._defined(node)
         return bool(statements) and all(map(is_plain_error, statements))
 

@@ -47,15 +47,7 @@ class Definition:
 
 
 class Package:
-    """The modules of a package as they are on disk, each read when it is first asked for.
-
-    Parameters
-    ----------
-    folder
-        Where the package is.
-    name
-        Its name.
-    """
+    """The modules of a package as they are on disk, each read when it is first asked for."""
 
     def __init__(self, folder: Path, name: str = "softslip") -> None:
         self.folder = folder

@@ -6,7 +6,7 @@ and through others, and of the statements that bind no name in the modules that 
 It changes with these and with nothing else: comments, docstrings, annotations, formatting, the
 wording of errors, the order of functions, the module that one is in, the place of the package and
 the machine do not matter. The workflow passes it to its rules, so that exactly the stages whose
-code has changed run again, and files carry it, so that no state is continued by other code than it
+code has changed are rerun, and files carry it, so that no state is continued by other code than it
 was begun with.
 
 Which interpreter and libraries ran is no part of it: the environment as a whole is what can change
@@ -50,7 +50,7 @@ ENTRIES: Mapping[str, tuple[str, ...]] = {
     "bench": ("softslip.studies.bench",),
     "validation": ("softslip.studies.validation", "softslip.studies.validation.sweeps.sweep"),
     "tradeoff": (
-        "softslip.studies.tradeoff.scene.prepare",
+        "softslip.studies.tradeoff.tradeoff_scenes.prepare",
         "softslip.studies.tradeoff.members.members_of",
         "softslip.studies.tradeoff.member_dataset.measure_member",
         "softslip.studies.tradeoff.long_runs.sheared_packings",
@@ -72,7 +72,7 @@ UNCOUNTED_DATA = ("config/accuracy.json", "operations/costs.json")
 """Files that only choose values of parameters, or only say what runs cost.
 
 These values are a part of the run's identity: a choice that changes gives another run, and one
-that stays must not make finished runs start again.
+that stays must not make finished runs rerun.
 """
 
 DIGITS = 16

@@ -10,7 +10,7 @@ what the syntax trees of different Python versions write differently.
 import ast
 import builtins
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any
 
 PLAIN_DECORATORS = frozenset(
     {"abstractmethod", "cache", "cached_property", "classmethod", "compiled"}
@@ -37,52 +37,31 @@ _FIELD_MARKS = frozenset({"ClassVar", "InitVar", "KW_ONLY"})
 _WORDING = "Wording()"
 
 
-class Names(Protocol):
-    """What the names in a piece of code are bound to."""
+class Names:
+    """What the names in a piece of code are bound to: here, nothing that is known."""
 
     def reference(self, node: ast.expr) -> str | None:
         """Return the text for a name or attribute bound outside the code, if it is."""
+        return None
 
     def is_wording(self, node: ast.expr) -> bool:
         """Return whether a name is bound to a constant text of a module."""
+        return False
 
     def makes_error(self, node: ast.expr) -> bool:
         """Return whether a name is bound to a function that returns or raises an error."""
+        return False
 
     def is_known_error(self, node: ast.expr) -> bool:
         """Return whether a name is bound to an error whose arguments are read by people only."""
-
-    def is_outside(self, node: ast.expr) -> bool:
-        """Return whether a name is bound to something that is not followed."""
-
-    def imported(self, node: ast.Import | ast.ImportFrom) -> str:
-        """Return the text for an import within a function."""
-
-
-class Unbound:
-    """Names taken as they are written."""
-
-    def reference(self, node: ast.expr) -> None:
-        """Return nothing."""
-
-    def is_wording(self, node: ast.expr) -> bool:
-        """Return that it is not."""
-        return False
-
-    def makes_error(self, node: ast.expr) -> bool:
-        """Return that it does not."""
-        return False
-
-    def is_known_error(self, node: ast.expr) -> bool:
-        """Return whether it is an exception of Python's."""
         return isinstance(node, ast.Name) and is_builtin_error(node.id)
 
     def is_outside(self, node: ast.expr) -> bool:
-        """Return that it is not."""
+        """Return whether a name is bound to something that is not followed."""
         return False
 
     def imported(self, node: ast.Import | ast.ImportFrom) -> str:
-        """Return its fields."""
+        """Return the text for an import within a function."""
         names = ",".join(f"{alias.name} as {alias.asname}" for alias in node.names)
         return f"Import({getattr(node, 'level', 0)},{getattr(node, 'module', '')},{names})"
 
@@ -95,7 +74,7 @@ def normal_form(source: bytes) -> str:
     SyntaxError
         When it is no Python.
     """
-    return Writer(Unbound()).text(ast.parse(source))
+    return Writer(Names()).text(ast.parse(source))
 
 
 def is_builtin_error(name: str) -> bool:
@@ -128,13 +107,7 @@ def last_name(node: ast.expr) -> str:
 
 
 class Writer:
-    """Writes syntax trees as text.
-
-    Parameters
-    ----------
-    names
-        What names are bound to.
-    """
+    """Writes syntax trees as text."""
 
     def __init__(self, names: Names) -> None:
         self._names = names
@@ -166,15 +139,12 @@ class Writer:
                 parts.append(f"{name}={self.text(part)}")
         return f"{node.__class__.__name__}({','.join(parts)})"
 
-    def _Name(self, node: ast.Name) -> str | None:
+    def _Name(self, node: ast.Name | ast.Attribute) -> str | None:
         if self._wordless and self._names.is_wording(node):
             return _WORDING
         return self._names.reference(node)
 
-    def _Attribute(self, node: ast.Attribute) -> str | None:
-        if self._wordless and self._names.is_wording(node):
-            return _WORDING
-        return self._names.reference(node)
+    _Attribute = _Name
 
     def _Constant(self, node: ast.Constant) -> str | None:
         return _WORDING if self._wordless and isinstance(node.value, str) else None
@@ -206,11 +176,10 @@ class Writer:
     def _If(self, node: ast.If) -> str | None:
         return self.text(node.orelse) if is_for_types(node) else None
 
-    def _Import(self, node: ast.Import) -> str:
+    def _Import(self, node: ast.Import | ast.ImportFrom) -> str:
         return self._names.imported(node)
 
-    def _ImportFrom(self, node: ast.ImportFrom) -> str:
-        return self._names.imported(node)
+    _ImportFrom = _Import
 
     def _FunctionDef(self, node: ast.FunctionDef) -> str:
         before = self._annotated, self._wordless

@@ -10,8 +10,11 @@ from softslip.errors import DatasetError
 from softslip.files.labels import LABELS, text_attributes
 from softslip.files.layout import DATASET, FIGURE
 from softslip.files.stamps import FORMATS, read_labels
-from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST
+from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST, VOLATILE
 from softslip.messages import file_text
+
+PASSING = frozenset({*VOLATILE, CONTENT_DIGEST, RECORD_DIGEST})
+"""Labels in which a result and its rerun may differ: when and where, and the digests of it all."""
 
 
 @dataclass(frozen=True)
@@ -104,14 +107,14 @@ def product_of(path: Path, labels: Mapping[str, Any]) -> Product:
     if missing:
         raise DatasetError(
             f"{file_text(path)}: has no {missing[0]}; it is no result, or of an earlier release: "
-            "delete it and make it again"
+            "delete it and rerun its job"
         )
     try:
         return _product(path, labels)
     except (ValueError, TypeError, KeyError, AttributeError) as error:
         raise DatasetError(
-            f"{file_text(path)}: has labels that cannot be read ({error}); delete it and make it "
-            "again"
+            f"{file_text(path)}: has labels that cannot be read ({error}); delete it and rerun "
+            "its job"
         ) from error
 
 

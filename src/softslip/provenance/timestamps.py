@@ -1,7 +1,7 @@
 """Times of files, by which Snakemake tells what is out of date.
 
-A result that was lost and made again is newer than what was made from the lost one, so that
-Snakemake would make all of that again. Where the content is the same there is no reason to.
+A result that was lost and recomputed is newer than what was made from the lost one, so that
+Snakemake would rerun all of that. Where the content is the same there is no reason to.
 """
 
 import os
@@ -13,7 +13,7 @@ from softslip.provenance.product_labels import Product
 
 
 def keep_in_order(results: Path, since: float) -> list[Path]:
-    """Date back what was made again with the same content, and return it.
+    """Date back what was recomputed with the same content, and return it.
 
     Parameters
     ----------

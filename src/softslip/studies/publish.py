@@ -11,7 +11,7 @@ from softslip.files.storage import read_dataset, replacing
 from softslip.studies.bench.elements_markdown import elements_table
 from softslip.studies.stability.map_markdown import limits_table, verdicts_table
 from softslip.studies.tradeoff.accuracy_markdown import accuracy_tables
-from softslip.studies.tradeoff.choose import choices
+from softslip.studies.tradeoff.choices import choices
 from softslip.studies.validation.errors_markdown import errors_table
 
 PUBLISHED = Path("results/published/numerics")
@@ -40,13 +40,6 @@ Blocks = Mapping[str, str]
 
 def publish(results: Path, root: Path = Path()) -> list[Path]:
     """Publish a finished study: copy it, and rewrite the tables that come from it.
-
-    Parameters
-    ----------
-    results
-        Folder of the study's results.
-    root
-        The project's folder.
 
     Returns
     -------

@@ -28,13 +28,7 @@ AGEING, SHEARING = 5.0, 2.0
 
 @dataclass(frozen=True)
 class Scene:
-    """A state with the equations that move it.
-
-    Attributes
-    ----------
-    parameters, layout, suspension, state
-        Of a run.
-    """
+    """A state with the equations that move it."""
 
     parameters: Parameters
     layout: Layout

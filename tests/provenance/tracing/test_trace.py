@@ -456,7 +456,8 @@ def test_runs_that_a_table_does_not_list_as_parents_are_a_problem(results: Resul
     results.write(curve, path, *parents, stage="flow_curve", run="demo")
     found = traced(results, "flow_curve", "slip_velocity", stress=0.2, roughness=0, seed=1)
     assert [sentence for _, sentence in found.problems] == [
-        f"shear {'f' * 16}: is in the table, but not among what it was made from; gather it again"
+        f"shear {'f' * 16}: is in the table, but not among what it was made from; "
+        "rerun its gathering"
     ]
 
 

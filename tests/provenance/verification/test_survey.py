@@ -515,7 +515,7 @@ def test_a_forged_last_figure_does_not_come_out_again(results: Path) -> None:
     assert verified(results).problems == (), "only making it again can reveal it"
     (outcome,) = again(results, "figures/creep.png")
     assert outcome.verdict == DIFFERS
-    assert outcome.problem.startswith(f"{path}: does not come out again: pixels")
+    assert outcome.problem.startswith(f"{path}: is not reproduced: pixels")
 
 
 def test_forged_last_fits_do_not_come_out_again(results: Path) -> None:
@@ -527,7 +527,7 @@ def test_forged_last_fits_do_not_come_out_again(results: Path) -> None:
     assert verified(results).problems == (), "only making them again can reveal it"
     (outcome,) = again(results, "fits.nc")
     assert outcome.verdict == DIFFERS
-    assert outcome.problem.startswith(f"{path}: does not come out again: points")
+    assert outcome.problem.startswith(f"{path}: is not reproduced: points")
 
 
 def test_a_forged_last_run_does_not_come_out_again(results: Path) -> None:
@@ -551,7 +551,7 @@ def test_what_cannot_be_made_is_named(results: Path) -> None:
     (task,) = (each for each in possible_reruns(verified(results)) if each.name == "fits.nc")
     (outcome,) = reexecute([task], small_results.source(results), results, lambda *_: "no disk")
     assert outcome.verdict == FAILED
-    assert outcome.problem == f"{results / 'fits.nc'}: could not be made again: no disk"
+    assert outcome.problem == f"{results / 'fits.nc'}: could not be rerun: no disk"
 
 
 def test_only_sound_products_of_sound_parents_are_made_again(results: Path) -> None:

@@ -231,13 +231,13 @@ def test_a_run_costs_what_its_steps_cost(results):
 
 
 def test_parts_add_up_to_the_velocities_of_an_evaluation(flowing):
-    anatomy = scaling.Anatomy(flowing)
-    works = anatomy.works()
+    parts = scaling.EvaluationParts(flowing)
+    works = parts.works()
     works["spread"]()
     works["fft"]()
     far = works["gather"]()
     works["near"]()
-    found = far + anatomy.velocities + works["quadrature"]()
+    found = far + parts.velocities + works["quadrature"]()
     evaluation = flowing.suspension.evaluate(flowing.state)
     solver = assembly.solver_of(flowing.parameters, flowing.layout)
     whole = assembly.mobility_of(flowing.parameters, flowing.layout, solver)

@@ -5,7 +5,7 @@ from softslip.config.parameters import Parameters
 from softslip.errors import ConfigError
 from softslip.studies.boxes import merged
 from softslip.studies.stability import GROUPS, MapDesign, gather, measure_group
-from softslip.studies.stability.scenery import aged, dense, in_scheme, start_tree
+from softslip.studies.stability.map_scenes import aged, dense, in_scheme, start_tree
 
 CHEAP = ("stress", "contact_energy", "roughness", "area_fraction", "wall_separation", "particles")
 

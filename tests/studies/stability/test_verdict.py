@@ -11,10 +11,10 @@ from softslip.simulation import assembly
 from softslip.solver import health
 from softslip.solver.integrators import INTEGRATORS
 from softslip.studies.boxes import merged
-from softslip.studies.stability import exact, verdict
+from softslip.studies.stability import exact_geometry, verdict
 from softslip.studies.stability.axes import GROUPS
 from softslip.studies.stability.cells import Cell
-from softslip.studies.stability.scenery import dense, in_scheme, scene_of
+from softslip.studies.stability.map_scenes import dense, in_scheme, scene_of
 
 DESIGN = SMALL_MAP.model_copy(update={"duration": 0.05, "stresses": (0.3,)})
 
@@ -124,7 +124,7 @@ def test_a_run_without_a_finer_one_to_compare_with_is_wrong(cell, monkeypatch):
 
 
 def test_no_crossing_is_seen_where_there_is_none(state_and_layout):
-    assert exact.crossing_of(*state_and_layout) == ""
+    assert exact_geometry.crossing_of(*state_and_layout) == ""
 
 
 @pytest.mark.parametrize("periods", [0, 3])
@@ -133,13 +133,13 @@ def test_membranes_that_overlap_are_seen(state_and_layout, periods):
     first, second = (slice(*layout.offsets[k : k + 2]) for k in (0, 1))
     shift = (0.004 + periods * given.channel.length, 0.0)
     state.node_position[second] = state.node_position[first] + shift
-    assert "cross or overlap" in exact.crossing_of(state, layout, given)
+    assert "cross or overlap" in exact_geometry.crossing_of(state, layout, given)
 
 
 def test_a_membrane_that_crosses_itself_is_seen(state_and_layout):
     state, layout, given = state_and_layout
     state.node_position[[10, 14]] = state.node_position[[14, 10]]
-    assert "membrane 0 crosses itself" in exact.crossing_of(state, layout, given)
+    assert "membrane 0 crosses itself" in exact_geometry.crossing_of(state, layout, given)
 
 
 @pytest.mark.parametrize("wall", [0, 1])
@@ -147,7 +147,7 @@ def test_a_membrane_behind_a_wall_is_seen(state_and_layout, wall):
     state, layout, given = state_and_layout
     heights = state.node_position[: layout.offsets[1], 1]
     heights += given.channel.height - heights.max() + 1e-5 if wall else -heights.min() - 1e-5
-    assert f"into wall {wall}" in exact.crossing_of(state, layout, given)
+    assert f"into wall {wall}" in exact_geometry.crossing_of(state, layout, given)
 
 
 def test_walls_are_looked_for_where_they_are_now():
@@ -157,10 +157,10 @@ def test_walls_are_looked_for_where_they_are_now():
     layout = scenes.layout_of_rings([between], given)
     tip = layout.wall_reference[0, np.argmax(layout.wall_reference[0, :, 1]), 0]
     _, state = scenes.of_rings([between + np.array([tip, 0.0])], given)
-    assert "into wall 0" in exact.crossing_of(state, layout, given)
+    assert "into wall 0" in exact_geometry.crossing_of(state, layout, given)
     bumps = round(given.channel.length / given.wall.roughness / given.suspension.mean_radius / 5)
     state.wall_displacement[0] = 0.5 * given.channel.length / max(bumps, 1)
-    assert exact.crossing_of(state, layout, given) == ""
+    assert exact_geometry.crossing_of(state, layout, given) == ""
 
 
 def test_what_moves_at_rest_is_wrong():

@@ -8,7 +8,7 @@ import scenes
 
 from softslip.errors import ConfigError
 from softslip.studies.interval_means import QUANTITIES
-from softslip.studies.tradeoff import long_runs, member_dataset, member_run, scene
+from softslip.studies.tradeoff import long_runs, member_dataset, member_run, tradeoff_scenes
 from softslip.studies.tradeoff.members import Member, members_of, parameters_of, reference_of
 from softslip.studies.tradeoff.precision import in_single_precision, single_solver
 from softslip.studies.tradeoff.tradeoff_design import TradeoffDesign
@@ -59,7 +59,7 @@ def _untimed():
 
 @pytest.fixture(scope="module")
 def prepared():
-    return scene.prepare(DESIGN)
+    return tradeoff_scenes.prepare(DESIGN)
 
 
 @pytest.fixture(scope="module")
@@ -70,14 +70,14 @@ def measured(prepared):
 
 
 def test_a_scene_has_the_particles_of_the_plan_on_the_closest_nodes(prepared):
-    only = scene.scene_of(prepared, 0.5, 0.0)
+    only = tradeoff_scenes.scene_of(prepared, 0.5, 0.0)
     given = parameters_of(members_of(DESIGN)["finest-emesh"], DESIGN, 0.5, 0.0)
     assert only.sizes["particle"] == 24
     assert only.sizes["node"] == int(only["nodes_per_particle"].sum())
-    assert scene.on_member(only, given).layout.particle_nodes == only.sizes["node"]
+    assert tradeoff_scenes.on_member(only, given).layout.particle_nodes == only.sizes["node"]
     assert only["wall_displacement"].values[1] > only["wall_displacement"].values[0]
     with pytest.raises(KeyError, match="no scene"):
-        scene.scene_of(prepared, 0.4, 0.0)
+        tradeoff_scenes.scene_of(prepared, 0.4, 0.0)
 
 
 def test_the_same_scene_and_member_give_the_same_records(prepared, measured):
@@ -146,8 +146,8 @@ def test_a_stopped_run_does_not_stop_the_member(prepared, monkeypatch):
 
 
 def test_single_precision_changes_velocities_by_its_rounding_alone(prepared):
-    only = scene.scene_of(prepared, 0.5, 0.0)
-    given = scene.on_member(only, parameters_of(reference_of(DESIGN), DESIGN, 0.5, 0.0))
+    only = tradeoff_scenes.scene_of(prepared, 0.5, 0.0)
+    given = tradeoff_scenes.on_member(only, parameters_of(reference_of(DESIGN), DESIGN, 0.5, 0.0))
     single = in_single_precision(given)
     exact, coarse = (each.suspension.evaluate(given.state) for each in (given, single))
     exact_speed, coarse_speed = (
@@ -172,9 +172,11 @@ def test_a_single_precision_member_differs_from_its_level(prepared, measured):
 
 
 def test_markers_are_the_same_points_whatever_the_nodes(prepared):
-    only = scene.scene_of(prepared, 0.5, 0.0)
+    only = tradeoff_scenes.scene_of(prepared, 0.5, 0.0)
     fine, wide = (
-        scene.on_member(only, parameters_of(Member("m", "level", level), DESIGN, 0.5, 0.0))
+        tradeoff_scenes.on_member(
+            only, parameters_of(Member("m", "level", level), DESIGN, 0.5, 0.0)
+        )
         for level in ("converged", "standard")
     )
     places = [member_run.on_markers(each.state.node_position, each.layout) for each in (fine, wide)]

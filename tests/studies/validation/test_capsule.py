@@ -7,7 +7,7 @@ from softslip.errors import ConfigError
 from softslip.studies.boxes import MEAN_RADIUS as RADIUS
 from softslip.studies.validation.boundary_integral import steady_capsule
 from softslip.studies.validation.capsule import Capsule, unbounded
-from softslip.studies.validation.lone import side_of
+from softslip.studies.validation.single_particle import side_of
 
 
 def test_extrapolation_removes_the_square_of_the_inverse_side():

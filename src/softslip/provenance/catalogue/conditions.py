@@ -46,15 +46,7 @@ _INSTEAD = {"&&": "and", "||": "or", "<>": "!=", "!": "not", "=": "=="}
 
 @dataclass(frozen=True)
 class Condition:
-    """Something that holds or does not; see `parse`.
-
-    Attributes
-    ----------
-    text
-        As it was written.
-    names
-        That it asks about.
-    """
+    """Something that holds or does not; see `parse`."""
 
     text: str
     names: frozenset[str]

@@ -96,11 +96,12 @@ class Results:
     @cached_property
     def _chosen(self) -> tuple[StoredRun, ...]:
         meant = [each for each in self._every if self._by_stage or each.stage == LAST]
-        return tuple(sorted(meant, key=self._order))
 
-    def _order(self, run: StoredRun) -> tuple[Any, ...]:
-        swept = (self.coordinates(run).get(label) for label in self.swept)
-        return STAGES.index(run.stage), *(_rank(value) for value in swept), run.run
+        def order(run: StoredRun) -> tuple[Any, ...]:
+            swept = (self.coordinates(run).get(label) for label in self.swept)
+            return STAGES.index(run.stage), *(_rank(value) for value in swept), run.run
+
+        return tuple(sorted(meant, key=order))
 
     def coordinates(self, run: StoredRun) -> dict[str, Any]:
         """Return the values of the swept parameters that a run depends on, by their labels."""
@@ -117,15 +118,8 @@ class Results:
     def names(self) -> tuple[str, ...]:
         """What can be asked for: each is in `query` and a column of `table`."""
         further = {name for run in self._every for name in (*run.provenance, *run.labels)}
-        known = {
-            *IDENTITY,
-            *PROVENANCE,
-            *all_fields(Parameters),
-            *label_paths(),
-            *self.swept,
-            *further,
-        }
-        return tuple(sorted(known))
+        parameters = {*all_fields(Parameters), *label_paths(), *self.swept}
+        return tuple(sorted({*IDENTITY, *PROVENANCE, *parameters, *further}))
 
     def query(self, expression: str) -> "Results":
         """Choose among the runs.
@@ -158,8 +152,7 @@ class Results:
 
     def _parsed(self, expression: str) -> Condition:
         shared = shared_leaves()
-        known = {*self.names, *(leaf for leaf in shared if leaf not in self.names)}
-        condition = parse(expression, known, BY_BEGINNING)
+        condition = parse(expression, {*self.names, *shared}, BY_BEGINNING)
         for name in sorted(condition.names - set(self.names)):
             raise ConfigError(
                 "query",
@@ -188,25 +181,16 @@ class Results:
         return pd.DataFrame({name: [row[name] for row in rows] for name in wanted})
 
     def rows(self, columns: Sequence[str] = ()) -> list[dict[str, Any]]:
-        """Return what `table` does, as the values of each run by their names, None for none.
-
-        Raises
-        ------
-        ConfigError
-            When there is no such column.
-        """
+        """Return what `table` does, as the values of each run by their names, None for none."""
         for name in columns:
-            self._check_name(name)
+            if name not in self.names:
+                near = shared_leaves().get(name) or get_close_matches(name, self.names)
+                choice = f"use {', '.join(self.names)}"
+                remedy = f"did you mean {', '.join(near)}?" if near else choice
+                raise ConfigError("columns", brief(name), "is not the name of one value", remedy)
         wanted = list(columns) or self._default_columns()
         every = ({**run.values, **self.coordinates(run)} for run in self._chosen)
         return [{name: each.get(name) for name in wanted} for each in every]
-
-    def _check_name(self, name: str) -> None:
-        """Refuse what is no name."""
-        if name not in self.names:
-            near = shared_leaves().get(name) or get_close_matches(name, self.names)
-            remedy = f"did you mean {', '.join(near)}?" if near else f"use {', '.join(self.names)}"
-            raise ConfigError("columns", brief(name), "is not the name of one value", remedy)
 
     def _default_columns(self) -> list[str]:
         known = {

@@ -35,7 +35,7 @@ def add_result(graph: Graph, result: Result) -> None:
             name="content digest",
             propertyID="content_sha256",
             value=result.product.content,
-            description="SHA-256 of all that the same run gives again, see "
+            description="SHA-256 of all that a rerun repeats, see "
             "softslip.files.storage.digests and softslip.files.stamps.content_digest.",
         ),
         exampleOfWork=one_or_all(_examples(graph, result)),

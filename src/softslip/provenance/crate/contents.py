@@ -1,7 +1,7 @@
 """What goes into a research object: a scenario's results, and what they were made with."""
 
 import hashlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -12,7 +12,7 @@ from softslip.files.layout import FIGURE
 from softslip.files.products import ExpectedResult, expected_results
 from softslip.files.stamps import check_figure
 from softslip.files.storage import read_dataset
-from softslip.messages import brief, file_text
+from softslip.messages import brief, enumerated, file_text
 from softslip.provenance.archive import usual_place
 from softslip.provenance.attribution import ROOT
 from softslip.provenance.product_labels import Parent, Product, read_product
@@ -59,12 +59,6 @@ def crate_file(name: str, source: Path | bytes) -> CrateFile:
         return CrateFile(name, source, source.stat().st_size, digest)
     except OSError as error:
         raise DatasetError(f"{file_text(source)}: cannot be read ({error.strerror})") from error
-
-
-def listed(names: Sequence[str]) -> str:
-    """Return the first of some names, and how many more there are."""
-    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
-    return f"{', '.join(names[:MOST_NAMED])}{more}"
 
 
 @dataclass(frozen=True)
@@ -130,7 +124,8 @@ class Contents:
         if not self.missing:
             return ""
         total = len(self.missing) + len(self.results)
-        return f"{len(self.missing)} of {total} results are missing: {listed(self.missing)}."
+        named = enumerated(self.missing, MOST_NAMED)
+        return f"{len(self.missing)} of {total} results are missing: {named}."
 
     def parents(self, result: Result) -> tuple[Result, ...]:
         """Return what a result was made from, as far as it is here."""
@@ -172,7 +167,8 @@ def collect(
         remedy = "" if len(missing) == len(every) else ", or give --partial"
         raise DatasetError(
             f"{file_text(folder)}: {len(missing)} of {len(every)} results are missing "
-            f"({listed(missing)}); run the workflow with --config scenario={name_or_path}{remedy}"
+            f"({enumerated(missing, MOST_NAMED)}); run the workflow with "
+            f"--config scenario={name_or_path}{remedy}"
         )
     top = f"results/{scenario.name}"
     path = Path(name_or_path)
@@ -207,7 +203,7 @@ def _checked(each: ExpectedResult, folder: Path, top: str) -> Result:
         if key not in product.provenance:
             raise DatasetError(
                 f"{file_text(path)}: does not say its {key}; it is of an earlier release: delete "
-                "it and make it again"
+                "it and rerun its job"
             )
     noted = folder / each.benchmark
     benchmark = crate_file(f"{top}/{each.benchmark}", noted) if noted.is_file() else None
@@ -225,15 +221,14 @@ def _check_parents(contents: Contents, result: Result) -> None:
         if here is None or here.product.content != parent.content:
             state = "is no part of the scenario" if here is None else "has changed since then"
             raise DatasetError(
-                f"{path}: was made from {parent.stage} {parent.run}, which {state}; run the "
-                "workflow again"
+                f"{path}: was made from {parent.stage} {parent.run}, which {state}; rerun the "
+                "workflow"
             )
     if result.rule == "gather" and not contents.missing:
         runs = contents.scenario.stage_table("shear")
         if len(parents) != len(runs):
             raise DatasetError(
-                f"{path}: was gathered from {len(parents)} of {len(runs)} runs; run the workflow "
-                "again"
+                f"{path}: was gathered from {len(parents)} of {len(runs)} runs; rerun the workflow"
             )
 
 

@@ -32,13 +32,6 @@ def files_of(contents: Contents, credits: Credits) -> list[CrateFile]:
     """Return all files of a research object, its metadata and preview first.
 
     The same contents and credits give the same bytes.
-
-    Parameters
-    ----------
-    contents
-        What goes into it, see `provenance.crate.contents.collect`.
-    credits
-        What people say of it.
     """
     readme = crate_file("README.md", _readme(contents).encode())
     crate = _described(contents, credits, readme)
@@ -69,7 +62,7 @@ def _readme(contents: Contents) -> str:
         "silent.\n"
         "- `Snakefile`, `workflow/`, `profiles/`: the workflow, as it was when this was put "
         "together.",
-        "To run it again, take softslip at the commit that the metadata name, put the scenario "
+        "To rerun it, take softslip at the commit that the metadata name, put the scenario "
         "into its folder `config/`, and",
         f"    make env\n    .venv/bin/snakemake --cores 2 --config scenario={name}",
     )

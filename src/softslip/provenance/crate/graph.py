@@ -81,13 +81,6 @@ class Credits:
 class Graph:
     """The graph of a research object while it grows.
 
-    Parameters
-    ----------
-    contents
-        What goes into the research object.
-    credits
-        What people say of it.
-
     Attributes
     ----------
     crate

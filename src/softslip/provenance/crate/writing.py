@@ -154,4 +154,4 @@ def _chunks(source: Path | bytes) -> Iterator[bytes]:
 
 def _check(each: CrateFile, digest: str) -> None:
     if digest != each.sha256:
-        raise StorageError(f"{each.name}: has changed since it was checked; start again")
+        raise StorageError(f"{each.name}: has changed since it was checked; rerun the command")

@@ -15,11 +15,11 @@ from softslip.errors import DatasetError
 from softslip.files.layout import DATASET
 from softslip.files.products import FIGURES
 from softslip.files.stamps import FORMATS, check_figure, read_labels
-from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST, VOLATILE, read_dataset
+from softslip.files.storage import CONTENT_DIGEST, read_dataset
 from softslip.messages import file_text, printable
 from softslip.provenance.archive import REPLACED, Archive
 from softslip.provenance.export.csv_file import Table
-from softslip.provenance.product_labels import Parent, read_product
+from softslip.provenance.product_labels import PASSING, Parent, read_product
 
 SINGLE = "single values"
 """Series of a dataset's variables without dimensions."""
@@ -98,7 +98,7 @@ def _dimension(dataset: xr.Dataset, dim: str, values: Any) -> Quantity:
 def figure_table(path: Path, results: Path | None = None) -> tuple[Table, tuple[str, ...]]:
     """Return the numbers that a figure shows, and what is to be said of them.
 
-    The figure is drawn again from its datasets, which are found by the digests that it carries.
+    The figure is redrawn from its datasets, which are found by the digests that it carries.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def figure_table(path: Path, results: Path | None = None) -> tuple[Table, tuple[
     Returns
     -------
     tuple of Table and tuple of str
-        The second has a sentence if the figure, drawn again, does not look the same.
+        The second has a sentence if the figure, redrawn, does not look the same.
 
     Raises
     ------
@@ -146,7 +146,7 @@ def _found(figure: Path, parent: Parent, results: Path | None) -> xr.Dataset:
     product = next((each.product for each in places if each.product is not None), None)
     if product is None:
         newer = next((each.path for each in places if each.state == REPLACED), None)
-        there = f" ({file_text(newer)} is another version: draw the figure again)" if newer else ""
+        there = f" ({file_text(newer)} is another version: redraw the figure)" if newer else ""
         raise DatasetError(
             f"{file_text(figure)}: was drawn from {printable(parent.stage)} "
             f"{printable(parent.run)} with {CONTENT_DIGEST} {printable(parent.content)[:16]}..., "
@@ -171,17 +171,16 @@ def _named_results(parent: Parent) -> list[Path]:
 
 
 def _changes(path: Path, labels: Mapping[str, Any], drawn: Any) -> tuple[str, ...]:
-    """Say so if a figure looks different when it is drawn again."""
-    passing = (*VOLATILE, CONTENT_DIGEST, RECORD_DIGEST)
-    lasting = {key: value for key, value in labels.items() if key not in passing}
+    """Say so if a figure looks different when it is redrawn."""
+    lasting = {key: value for key, value in labels.items() if key not in PASSING}
     with tempfile.TemporaryDirectory() as folder:
-        again = Path(folder) / "again.png"
-        figures.save_figure(drawn, again, lasting)
-        same = read_labels(again)[CONTENT_DIGEST] == labels[CONTENT_DIGEST]
+        redrawn = Path(folder) / "redrawn.png"
+        figures.save_figure(drawn, redrawn, lasting)
+        same = read_labels(redrawn)[CONTENT_DIGEST] == labels[CONTENT_DIGEST]
     if same:
         return ()
     return (
-        f"{file_text(path)}: looks different when it is drawn again, by other code or software "
+        f"{file_text(path)}: looks different when it is redrawn, by other code or software "
         "than before; the numbers are those of now",
     )
 

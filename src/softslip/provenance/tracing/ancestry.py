@@ -33,7 +33,7 @@ class Node:
     product
         What its file says, None unless it was found.
     remade
-        Whether it was made again since, with the same content: its provenance is a later one.
+        Whether it was recomputed since, with the same content: its provenance is a later one.
     """
 
     id: str
@@ -132,7 +132,7 @@ class Trace:
         except CycleError:
             raise DatasetError(
                 f"{file_text(self.target)}: goes back to results that say that they were made from "
-                "themselves; make them again"
+                "themselves; rerun them"
             ) from None
         for child in reversed(order):
             for parent in parents[child]:

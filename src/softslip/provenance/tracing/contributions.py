@@ -175,7 +175,7 @@ def _runs(table: xr.Dataset) -> xr.DataArray:
     if RUN not in table:
         raise DatasetError(
             f"{table.attrs.get('stage')} {table.attrs.get('run')}: has no {RUN}, so that its "
-            "values cannot be traced to runs; gather it again"
+            "values cannot be traced to runs; rerun its gathering"
         )
     return table[RUN]
 

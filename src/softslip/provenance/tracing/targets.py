@@ -15,7 +15,7 @@ import xarray as xr
 from softslip.errors import ConfigError, DatasetError
 from softslip.files.layout import DATASET
 from softslip.files.storage import read_dataset
-from softslip.messages import brief, file_text
+from softslip.messages import brief, enumerated, file_text
 from softslip.provenance.product_labels import Product, read_product
 from softslip.provenance.tracing.wording import shown, with_error
 
@@ -238,12 +238,7 @@ def _made_from(product: Product, target: Target, dataset: xr.Dataset) -> tuple[P
         limit = f"is not in {name}, but in several datasets made from it: {several}"
         raise ConfigError("variable", key, limit, "name one of these files")
     limit = f"is neither in {name} nor in a dataset beside it that was made from it"
-    raise ConfigError("variable", key, limit, f"use one of {_listed(sorted(known))}")
-
-
-def _listed(names: list[str]) -> str:
-    more = len(names) - MOST_NAMES
-    return ", ".join(names[:MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
+    raise ConfigError("variable", key, limit, f"use one of {enumerated(sorted(known), MOST_NAMES)}")
 
 
 def _chosen(dataset: xr.Dataset, variable: str, name: str, text: str) -> Iterator[tuple[str, int]]:
@@ -262,7 +257,7 @@ def _chosen(dataset: xr.Dataset, variable: str, name: str, text: str) -> Iterato
     place = _nearest(values, text)
     if place is None:
         limit = f"is not among the values of {name}"
-        remedy = f"it has {_listed([shown(value) for value in values])}"
+        remedy = f"it has {enumerated([shown(value) for value in values], MOST_NAMES)}"
         raise ConfigError("target", brief(f"{name}={text}"), limit, remedy)
     if name in dims:
         yield name, place

@@ -146,7 +146,7 @@ class _Walk:
         followed = {node.run for node in self.nodes.values() if node.stage == LAST}
         for run in sorted((runs or set()) - followed):
             sentence = f"{LAST} {run}: is in the table, but not among what it was made from"
-            self.problems.append((root.id, f"{sentence}; gather it again"))
+            self.problems.append((root.id, f"{sentence}; rerun its gathering"))
 
     def _node(self, parent: Parent, child: Node) -> Node:
         """Return the node of a parent, which is looked for the first time that it is met."""
@@ -158,7 +158,7 @@ class _Walk:
             parent.content, parent.stage, parent.run, there.path, there.state, there.product, remade
         )
         if there.problem:
-            problem = there.problem + f"; make {child.label} again" * (there.state == REPLACED)
+            problem = there.problem + f"; rerun {child.label}" * (there.state == REPLACED)
             sentence = f"{child.label} was made from {parent.stage} {parent.run}, but {problem}"
             self.problems.append((node.id, sentence))
         return self._add(node)

@@ -1,4 +1,4 @@
-"""Whether results are what they say: their digests, their lineage, and whether they come again."""
+"""Whether results are what they say: digests, lineage, and whether they are reproducible."""
 
 from softslip.provenance.verification.reexecution import (
     Rerun,

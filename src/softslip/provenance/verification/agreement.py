@@ -10,8 +10,8 @@ import xarray as xr
 
 from softslip.files.layout import DATASET
 from softslip.files.stamps import check_figure
-from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST, VOLATILE, read_dataset
-from softslip.provenance.product_labels import Product, read_product
+from softslip.files.storage import CONTENT_DIGEST, read_dataset
+from softslip.provenance.product_labels import PASSING, Product, read_product
 from softslip.provenance.verification.pictures import drawing, figure_differences
 from softslip.provenance.verification.tolerances import (
     EARLY_STRAIN,
@@ -51,7 +51,7 @@ RELEASE = ("source", "product_version")
 
 @dataclass(frozen=True)
 class Agreement:
-    """What was found by comparing a result with the same made again.
+    """What was found by comparing a result with its rerun.
 
     Attributes
     ----------
@@ -68,35 +68,35 @@ class Agreement:
     quantities: tuple[Difference, ...]
 
 
-def compare(recorded: Path, again: Path) -> Agreement:
-    """Compare a result with the same made again.
+def compare(recorded: Path, rerun: Path) -> Agreement:
+    """Compare a result with its rerun.
 
     Parameters
     ----------
-    recorded, again
-        Files of the same stage and run, whose digests are looked at again.
+    recorded, rerun
+        Files of the same stage and run, whose digests are recomputed.
 
     Raises
     ------
     DatasetError
         When one of them is damaged.
     """
-    products = read_product(recorded), read_product(again)
+    products = read_product(recorded), read_product(rerun)
     if recorded.suffix == DATASET:
         first, second = (read_dataset(each.path, stage=each.stage) for each in products)
         same = first.attrs[CONTENT_DIGEST] == second.attrs[CONTENT_DIGEST]
         other = _other(products, first.attrs["source"] != second.attrs["source"])
         found: list[Difference] = []
         if not same:
-            found += _attribute_quantities(recorded, again, "release" in other)
+            found += _attribute_quantities(recorded, rerun, "release" in other)
             found += _number_quantities(first, second)
     else:
-        labels = check_figure(recorded), check_figure(again)
+        labels = check_figure(recorded), check_figure(rerun)
         # Of a figure that has no pixels the digest is of those that it was drawn with.
         same = labels[0][CONTENT_DIGEST] == labels[1][CONTENT_DIGEST]
-        same = same and drawing(recorded) == drawing(again)
+        same = same and drawing(recorded) == drawing(rerun)
         other = _other(products, False)
-        found = [] if same else list(figure_differences(recorded, again, labels))
+        found = [] if same else list(figure_differences(recorded, rerun, labels))
     if same:
         return Agreement(EQUAL, other, ())
     ordered = sorted(found, key=lambda each: (each.fits, -each.difference, each.name))
@@ -110,12 +110,12 @@ def _other(products: tuple[Product, Product], other_release: bool) -> tuple[str,
     return (*keys, "release") if other_release else keys
 
 
-def _attribute_quantities(recorded: Path, again: Path, other_release: bool) -> Iterator[Difference]:
+def _attribute_quantities(recorded: Path, rerun: Path, other_release: bool) -> Iterator[Difference]:
     """Compare the attributes of two files, as they are there and not as they are in memory."""
-    passing = {*VOLATILE, CONTENT_DIGEST, RECORD_DIGEST, *EFFORT}
+    passing = {*PASSING, *EFFORT}
     passing |= set(RELEASE) if other_release else set()
     options: dict[str, Any] = {"engine": "netcdf4", "decode_cf": False}
-    with xr.open_dataset(recorded, **options) as first, xr.open_dataset(again, **options) as second:
+    with xr.open_dataset(recorded, **options) as first, xr.open_dataset(rerun, **options) as second:
         for key in MEASURED.keys() & first.attrs.keys() & second.attrs.keys():
             passing.add(key)
             apart = abs(float(first.attrs[key]) - float(second.attrs[key]))

@@ -41,24 +41,9 @@ class Remark(str):
     __slots__ = ()
 
 
-def expected(scenario: Scenario) -> tuple[str, ...]:
-    """Return every product of a scenario below its folder, each after what it is made from."""
-    return tuple(each.name for each in expected_results(scenario))
-
-
 @dataclass
 class Consistency:
-    """All that is known of a folder of results, to test each file's claims with.
-
-    Attributes
-    ----------
-    scenario
-        Whose results they are.
-    folder
-        Where they are.
-    examined
-        Of each file.
-    """
+    """All that is known of a folder of results, to test each file's claims with."""
 
     scenario: Scenario
     folder: Path
@@ -94,7 +79,7 @@ class Consistency:
 
     @cached_property
     def _expected(self) -> frozenset[str]:
-        return frozenset(expected(self.scenario))
+        return frozenset(each.name for each in expected_results(self.scenario))
 
     @cached_property
     def _archive(self) -> Archive:
@@ -236,16 +221,14 @@ class Consistency:
             yield f"ended before its parent {name} did"
 
     def _relabelled(self, product: Product, parent: Product) -> Iterator[str]:
-        """Tell a parent that a rerun made again from one whose provenance was edited.
+        """Tell a parent that was recomputed from one whose provenance was edited.
 
-        What a child has read had ended before the child did. A parent that ended later was made
-        again since; any other is the very one that was read, and says something else now.
+        What a child has read had ended before the child did. A parent that ended later was
+        recomputed since; any other is the very one that was read, and says something else now.
         """
         name = file_text(parent.path)
         if is_after(parent, "ended", product, "ended"):
-            yield Remark(
-                f"its parent {name} has been made again since by a rerun, with the same content"
-            )
+            yield Remark(f"its parent {name} has been recomputed since, with the same content")
         else:
             yield f"its parent {name} has been changed since: its provenance is not what it was"
 

@@ -81,7 +81,7 @@ def examine(path: Path) -> Examination:
     # What whoever forged a file has put into it can make readers raise anything.
     except Exception as error:
         reason = " ".join(f"{type(error).__name__} {error}".split())
-        problem = f"{file_text(path)}: holds what no command writes ({reason}); make it again"
+        problem = f"{file_text(path)}: holds what no command writes ({reason}); rerun its job"
         return Examination(path, ALTERED, problem)
 
 

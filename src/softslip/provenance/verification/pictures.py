@@ -1,4 +1,4 @@
-"""A figure and the same drawn again, by what can be seen of them."""
+"""A figure and the same redrawn, by what can be seen of them."""
 
 import re
 from collections.abc import Iterator
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST, VOLATILE
+from softslip.provenance.product_labels import PASSING
 from softslip.provenance.verification.tolerances import Difference, different
 
 PIXELS = 0.01
@@ -23,23 +23,22 @@ _PDF_LABELS = b"/Subject "
 
 
 def figure_differences(
-    recorded: Path, again: Path, labels: tuple[dict[str, Any], dict[str, Any]]
+    recorded: Path, rerun: Path, labels: tuple[dict[str, Any], dict[str, Any]]
 ) -> Iterator[Difference]:
     """Compare the labels and what can be seen of two figures."""
-    passing = (*VOLATILE, CONTENT_DIGEST, RECORD_DIGEST)
     first, second = labels
-    for key in sorted({*first, *second} - set(passing)):
+    for key in sorted({*first, *second} - PASSING):
         if first.get(key) != second.get(key):
             yield different(f"{key} (label)")
     if recorded.suffix == ".png":
-        yield _pixels(recorded, again)
-    elif drawing(recorded) != drawing(again):
+        yield _pixels(recorded, rerun)
+    elif drawing(recorded) != drawing(rerun):
         yield different("drawing")
 
 
-def _pixels(recorded: Path, again: Path) -> Difference:
+def _pixels(recorded: Path, rerun: Path) -> Difference:
     images = []
-    for path in (recorded, again):
+    for path in (recorded, rerun):
         with Image.open(path) as image:
             images.append(np.asarray(image.convert("RGBA"), dtype=np.int16))
     ours, theirs = images

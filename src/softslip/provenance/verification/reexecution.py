@@ -1,4 +1,4 @@
-"""Results made again by their own commands, in a folder of their own, and compared.
+"""Results recomputed by their own commands, in a folder of their own, and compared.
 
 What a command needs is what the result says it was made from: the runs' parents, and of a table
 exactly the runs that it has, linked into the folder. Nothing is written where results are.
@@ -20,7 +20,7 @@ from softslip.config.scenario import FOLDER as SCENARIOS
 from softslip.errors import CheckpointError, DatasetError
 from softslip.files.layout import CHECKPOINTS, FIGURE
 from softslip.files.products import FITS, TABLES
-from softslip.messages import file_text
+from softslip.messages import enumerated, file_text
 from softslip.provenance.archive import Archive
 from softslip.provenance.fingerprints import fingerprint
 from softslip.provenance.product_labels import Product
@@ -30,13 +30,13 @@ from softslip.provenance.verification.tolerances import Difference
 from softslip.simulation.checkpoint import SUFFIX, read_header
 
 WHOLE, STRETCH = "whole", "last stretch"
-"""How much of a result is made again."""
+"""How much of a result is recomputed."""
 
 THREADED = ("ageing", "shear")
 """Stages with threads and checkpoints."""
 
 FAILED = "failed"
-"""Verdict on what could not be made again."""
+"""Verdict on what could not be rerun."""
 
 Runner = Callable[[Sequence[str], Path], str]
 """Runs a command of the product in a folder; returns what it said if it failed, else nothing."""
@@ -44,7 +44,7 @@ Runner = Callable[[Sequence[str], Path], str]
 
 @dataclass(frozen=True)
 class Rerun:
-    """Something that is to be made again.
+    """A result that is to be recomputed.
 
     Attributes
     ----------
@@ -104,7 +104,7 @@ class RerunOutcome:
 
 
 def possible_reruns(verification: Verification, stretch: bool = False) -> tuple[Rerun, ...]:
-    """Return what can be made again, in the order of the chain.
+    """Return what can be rerun, in the order of the chain.
 
     These are the scenario's products whose files are sound, and so are all their parents'.
 
@@ -158,17 +158,7 @@ def _checkpoint(folder: Path, product: Product) -> tuple[Path, float] | None:
 
 
 def sampled(possible: Sequence[Rerun], count: int, seed: int) -> tuple[Rerun, ...]:
-    """Choose some reruns at random, a function of the seed, and keep their order.
-
-    Parameters
-    ----------
-    possible
-        To choose from.
-    count
-        How many, at most.
-    seed
-        Whole number from 0 on.
-    """
+    """Choose some reruns at random, a function of the seed, and keep their order."""
     generator = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=tuple(b"verify")))
     places = generator.permutation(len(possible))[:count]
     return tuple(possible[place] for place in sorted(places.tolist()))
@@ -176,13 +166,6 @@ def sampled(possible: Sequence[Rerun], count: int, seed: int) -> tuple[Rerun, ..
 
 def run_command(words: Sequence[str], folder: Path) -> str:
     """Run a command of the product in a process of its own.
-
-    Parameters
-    ----------
-    words
-        Of the command, after the name of the program.
-    folder
-        Where it works.
 
     Returns
     -------
@@ -234,7 +217,7 @@ def _outcome(
         shutil.copyfile(rerun.checkpoint, kept / rerun.checkpoint.name)
     said = runner(words, work)
     if said:
-        return RerunOutcome(rerun, FAILED, f"{name}: could not be made again: {said}", None)
+        return RerunOutcome(rerun, FAILED, f"{name}: could not be rerun: {said}", None)
     try:
         found = compare(product.path, output)
     except DatasetError as error:
@@ -269,14 +252,13 @@ def _command(rerun: Rerun, scenario: Path, results: Path, work: Path, output: Pa
 def _difference(found: Agreement, product: Product) -> str:
     """Return in words what differs."""
     worst = [each for each in found.quantities if not each.fits] or list(found.quantities)
-    named = ", ".join(_in_words(each) for each in worst[:3])
-    more = f" and {len(worst) - 3} more" if len(worst) > 3 else ""
+    named = enumerated([_in_words(each) for each in worst], 3)
     how = (
         f"it was made with another {', '.join(found.other)}"
         if found.other
         else ("it was made by the same code and software on the same kind of processor")
     )
-    return f"does not come out again: {named or 'its bytes'}{more}; {how}"
+    return f"is not reproduced: {named or 'its bytes'}; {how}"
 
 
 def _in_words(quantity: Difference) -> str:

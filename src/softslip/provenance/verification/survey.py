@@ -8,12 +8,13 @@ from typing import Any
 import softslip
 from softslip.config.scenario import Scenario
 from softslip.errors import DatasetError
+from softslip.files.products import expected_results
 from softslip.messages import file_text
 from softslip.provenance.archive import UNREADABLE, Archive
 from softslip.provenance.environment import environment
 from softslip.provenance.fingerprints import fingerprints
 from softslip.provenance.product_labels import Product
-from softslip.provenance.verification.consistency import Consistency, expected
+from softslip.provenance.verification.consistency import Consistency
 from softslip.provenance.verification.examination import Examination, examine
 
 Progress = Callable[[int, int], None]
@@ -124,16 +125,7 @@ class Verification:
 def verify(scenario: Scenario, folder: Path, progress: Progress = _ignore) -> Verification:
     """Recompute the digests of all results and test what they say of one another.
 
-    Nothing is written, and nothing is executed again.
-
-    Parameters
-    ----------
-    scenario
-        Whose results they are.
-    folder
-        Where they are.
-    progress
-        Told how many files have been read.
+    Nothing is written, and nothing is rerun.
 
     Raises
     ------
@@ -156,7 +148,7 @@ def verify(scenario: Scenario, folder: Path, progress: Progress = _ignore) -> Ve
     for path, problem in archive.closed_folders.items():
         examined[path] = Examination(path, UNREADABLE, problem)
     claims = Consistency(scenario, folder, examined)
-    order = {name: place for place, name in enumerate(expected(scenario))}
+    order = {each.name: place for place, each in enumerate(expected_results(scenario))}
     verdicts = sorted(
         _verdicts(claims), key=lambda each: (order.get(each.name, len(order)), each.name)
     )

@@ -1,4 +1,4 @@
-"""By how much each quantity of a result may differ when it is made again on another machine.
+"""By how much each quantity of a result may differ when it is recomputed on another machine.
 
 The same code on the same kind of machine with the same software gives the same bytes. Elsewhere
 numbers are rounded otherwise, and what follows depends on what they are of. The tolerances were

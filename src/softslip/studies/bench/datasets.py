@@ -97,11 +97,6 @@ def as_dataset(result: Mapping[str, Any]) -> xr.Dataset:
     ``own_ratio``. Single words become attributes. A table has NaN for what only the first one
     names.
 
-    Parameters
-    ----------
-    result
-        What a benchmark returned.
-
     Raises
     ------
     KeyError

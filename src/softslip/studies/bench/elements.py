@@ -156,8 +156,6 @@ def bench_elements(
         Of the runs [time unit].
     budget
         Time for the repeats of each comparison [s].
-    tell
-        Shown the phases.
 
     Returns
     -------

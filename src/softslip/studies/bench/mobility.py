@@ -84,8 +84,6 @@ def bench_mobility(
         Time at rest that shapes the membranes [time unit].
     budget
         Time for the repeats of each comparison [s].
-    tell
-        Shown the phases.
 
     Returns
     -------

@@ -70,8 +70,6 @@ def bench_run(
         Time for the steps of the paper's scheme [s]; `FEWEST_STEPS` are taken anyway.
     level_time
         Time over which the level's cost is taken [time unit].
-    tell
-        Shown the phases.
 
     Returns
     -------

@@ -36,13 +36,8 @@ class _Still:
         return np.zeros_like(points)
 
 
-class Anatomy:
+class EvaluationParts:
     """The parts of an evaluation on the data of a scene, one by one.
-
-    Parameters
-    ----------
-    scene
-        Of a level, whose mobility is the corrected Ewald sum.
 
     Attributes
     ----------
@@ -139,8 +134,6 @@ def bench_scaling(
         Times at rest and under stress before anything is measured [time unit].
     budget
         Time for the repeats at each size [s].
-    tell
-        Shown the phases.
 
     Returns
     -------
@@ -174,14 +167,14 @@ def fitted_exponent(sizes: Sequence[int], seconds: Sequence[float]) -> float:
 
 def _row(scene: scenes.Scene, stretch: scenes.Stretch, budget: float) -> dict[str, Any]:
     """Return all figures of one size."""
-    anatomy = Anatomy(scene)
-    seconds = alternately(anatomy.works(), budget)
+    parts = EvaluationParts(scene)
+    seconds = alternately(parts.works(), budget)
     whole = seconds.pop("evaluation")
     seconds["control"] = whole - sum(seconds.values())
-    nodes, mesh = scene.layout.nodes, anatomy.ewald.shape
+    nodes, mesh = scene.layout.nodes, parts.ewald.shape
     return {
         "nodes": nodes,
-        "pairs": anatomy.ewald.pairs,
+        "pairs": parts.ewald.pairs,
         "points": mesh[0] * mesh[1],
         "seconds": whole,
         "running": stretch.core_seconds / stretch.evaluations,

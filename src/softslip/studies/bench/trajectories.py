@@ -80,8 +80,6 @@ def bench_trajectory(
         The level.
     ageing
         Time at rest before it [time unit].
-    tell
-        Shown the phases.
     watch
         Shows the progress of each run.
 

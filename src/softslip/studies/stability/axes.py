@@ -10,7 +10,7 @@ from softslip.studies import boxes
 from softslip.studies.boxes import Tree, merged, particle_area
 from softslip.studies.stability.cells import Cell, cells_along
 from softslip.studies.stability.map_design import MapDesign
-from softslip.studies.stability.scenery import (
+from softslip.studies.stability.map_scenes import (
     NARROW,
     SCHEMES,
     Scheme,

@@ -6,7 +6,7 @@ from typing import Literal
 
 from softslip.studies.boxes import Tree, merged
 from softslip.studies.stability.map_design import MapDesign
-from softslip.studies.stability.scenery import SCHEMES, Scheme, in_scheme
+from softslip.studies.stability.map_scenes import SCHEMES, Scheme, in_scheme
 
 PATIENCE: Mapping[Scheme, float] = {"standard": 4.0, "literal": 1.0}
 """How much longer cells of the level are than those of the mesh, whose steps cost more."""

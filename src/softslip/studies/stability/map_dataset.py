@@ -50,8 +50,6 @@ def measure_group(name: str, design: MapDesign, tell: Tell = silent) -> xr.Datas
         One of `studies.stability.axes.GROUPS`.
     design
         Values along the axes.
-    tell
-        Shown each cell and what became of it.
 
     Returns
     -------

@@ -17,7 +17,7 @@ from softslip.studies.boxes import Tree, merged
 from softslip.studies.meanings import with_meanings
 from softslip.studies.scenes import Scene
 from softslip.studies.stability.map_design import MapDesign
-from softslip.studies.stability.scenery import in_scheme, scene_of, start_tree
+from softslip.studies.stability.map_scenes import in_scheme, scene_of, start_tree
 from softslip.studies.timing import Tell, silent
 
 MOST_ITERATIONS, CONVERGED = 400, 1e-5
@@ -230,13 +230,6 @@ UNITS: Mapping[str, tuple[str, str]] = {
 
 def measure_limits(design: MapDesign, tell: Tell = silent) -> xr.Dataset:
     """Measure the longest stable steps of both steppers on relaxing packings.
-
-    Parameters
-    ----------
-    design
-        Regularisation lengths, node spacings and numbers of stages.
-    tell
-        Shown the settings.
 
     Returns
     -------

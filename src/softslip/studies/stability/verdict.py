@@ -17,7 +17,7 @@ from softslip.studies import scenes
 from softslip.studies.boxes import merged
 from softslip.studies.membrane_nodes import on_chains
 from softslip.studies.stability.cells import Cell
-from softslip.studies.stability.scenery import periodic_difference, scene_of
+from softslip.studies.stability.map_scenes import periodic_difference, scene_of
 from softslip.studies.stability.watched_run import Evidence, WatchedRun, watched
 
 Verdict = Literal["correct", "stopped", "wrong"]

@@ -16,7 +16,7 @@ from softslip.solver.geometry import LOWER, UPPER, Layout
 from softslip.solver.state import State
 from softslip.solver.suspension import Evaluation
 from softslip.studies import scenes
-from softslip.studies.stability.exact import crossing_of, polygon_area_error
+from softslip.studies.stability.exact_geometry import crossing_of, polygon_area_error
 
 STRESS_ERROR = 1e-6
 """Largest deviation of the x-averaged stress from σ anywhere, over σ plus what contacts carry."""

@@ -8,7 +8,7 @@ import xarray as xr
 
 from softslip.config.fidelity import LEVELS
 from softslip.studies.markdown import markdown_table
-from softslip.studies.tradeoff.choose import choices, doubts
+from softslip.studies.tradeoff.choices import choices, doubts
 
 SYMBOLS = {
     "slip_velocity": "V_s",
@@ -114,11 +114,11 @@ def _choices(tradeoff: xr.Dataset) -> str:
             rows.append([percent(wanted), "none measured", "", "", "", ""])
             continue
         hydrodynamics = best["settings"]["hydrodynamics"]
-        spread = hydrodynamics["regularisation"] or tradeoff.attrs["paper_regularisation"]
+        length = hydrodynamics["regularisation"] or tradeoff.attrs["paper_regularisation"]
         rows.append(
             [
                 percent(wanted),
-                _number(float(spread)),
+                _number(float(length)),
                 _number(hydrodynamics["node_spacing"]),
                 _number(best["settings"]["time_stepping"]["tolerance"]),
                 percent(best["error"]),
@@ -216,8 +216,8 @@ def _limit_row(here: xr.Dataset, shown: list[xr.Dataset]) -> list[str]:
 
 def _steady(tradeoff: xr.Dataset) -> str:
     """Return a table of steady averages over the regularisation length."""
-    spreads = tradeoff["steady_regularisation"].values
-    order = np.argsort(spreads)
+    lengths = tradeoff["steady_regularisation"].values
+    order = np.argsort(lengths)
     rows = [
         [
             *place,
@@ -233,11 +233,11 @@ def _steady(tradeoff: xr.Dataset) -> str:
         ]
         for place, here in _scenes(tradeoff, "steady_")
     ]
-    labels = [f"ε = {spreads[number]:.2g} dx" for number in order]
+    labels = [f"ε = {lengths[number]:.2g} dx" for number in order]
     header = ["quantity", "β", "σ", "limit ε → 0", "χ²", *labels, "between packings"]
     header += [
-        f"twice the period, ε = {spread:.2g} dx"
-        for spread in (tradeoff["wide_regularisation"].values if "wide_mean" in tradeoff else ())
+        f"twice the period, ε = {length:.2g} dx"
+        for length in (tradeoff["wide_regularisation"].values if "wide_mean" in tradeoff else ())
     ]
     return (
         "### Steady averages\n\n"

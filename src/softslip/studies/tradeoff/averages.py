@@ -120,14 +120,14 @@ def _over_seeds(cases: Sequence[xr.Dataset]) -> xr.Dataset:
         },
         coords={
             "quantity": list(RATES),
-            "steady_regularisation": _spreads(cases[0]["regularisation"].values),
+            "steady_regularisation": _effective_lengths(cases[0]["regularisation"].values),
             "steady_stress": cases[0]["stress"].values,
             "run_length": lengths,
         },
     )
 
 
-def _spreads(values: FloatArray) -> FloatArray:
+def _effective_lengths(values: FloatArray) -> FloatArray:
     """Return regularisation lengths over the paper's mesh size, its mesh's own for NaN."""
     return np.where(np.isnan(values), regularisation_length(1.0, "compact"), values)
 
@@ -162,9 +162,9 @@ def _deviations(case: xr.Dataset, name: str, column: int, length: float) -> list
     duration = float(time[-1])
     blocks = round(0.5 * duration / length)
     result: list[float] = []
-    for spread in range(case.sizes["regularisation"]):
-        values = case[name].isel(regularisation=spread, stress=column).values
-        widths = case["interval"].isel(regularisation=spread, stress=column).values
+    for row in range(case.sizes["regularisation"]):
+        values = case[name].isel(regularisation=row, stress=column).values
+        widths = case["interval"].isel(regularisation=row, stress=column).values
         late = time > 0.5 * duration * (1 + 1e-9)
         if not np.isfinite(values[late]).all() or late.sum() < FEWEST_RECORDS * blocks:
             continue
@@ -183,11 +183,11 @@ def _with_limits(found: xr.Dataset) -> xr.Dataset:
     names |= {name: name for name in ("slope", "slope_error", "chi_square")}
     shape = tuple(found.sizes[dim] for dim in ("quantity", "steady_stress", "steady_roughness"))
     table = {name: np.full(shape, np.nan) for name in names}
-    spreads = found["steady_regularisation"].values
+    lengths = found["steady_regularisation"].values
     order = ("quantity", "steady_stress", "steady_roughness", "steady_regularisation")
     means, errors = (found[f"steady_{name}"].transpose(*order).values for name in ("mean", "error"))
     for place in np.ndindex(shape):
-        line = fitted(spreads, means[place], errors[place])
+        line = fitted(lengths, means[place], errors[place])
         for name in names:
             table[name][place] = getattr(line, name)
     return found.assign(

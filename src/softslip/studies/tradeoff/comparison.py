@@ -55,7 +55,7 @@ class Comparison:
 
     Attributes
     ----------
-    names, kinds, trees, spreads
+    names, kinds, trees, regularisations
         Of the members: names, kinds, parameters, and regularisation lengths over the paper's mesh
         size.
     records
@@ -80,7 +80,7 @@ class Comparison:
         self.names = [member.attrs["member"] for member in members]
         self.kinds = np.array([member.attrs["kind"] for member in members])
         self.trees = [json.loads(member.attrs["parameters"]) for member in members]
-        self.spreads = np.array([effective_regularisation(tree) for tree in self.trees])
+        self.regularisations = np.array([effective_regularisation(tree) for tree in self.trees])
         first = members[0]
         self.skipped, self.short = first.attrs["skipped"], first.attrs["short_window"]
         order = (*SCENE, "time")
@@ -96,9 +96,9 @@ class Comparison:
         self.scale = self._scale()
         rows = np.flatnonzero(self.kinds == "finest")
         rows = rows[np.isfinite(self.records[rows]).all(axis=(1, 2, 3, 4))]
-        self.limit: Limit = extrapolated(self.spreads[rows], self.records[rows])
+        self.limit: Limit = extrapolated(self.regularisations[rows], self.records[rows])
         means = self.records[rows][..., : self.common].mean(axis=-1)
-        self.limit_of_mean: Limit = extrapolated(self.spreads[rows], means)
+        self.limit_of_mean: Limit = extrapolated(self.regularisations[rows], means)
 
     @property
     def common(self) -> int:
@@ -113,7 +113,7 @@ class Comparison:
             raise DatasetError(
                 "no member of kind 'finest' ran on all scenes; nothing to compare with"
             )
-        return int(min(good, key=lambda row: float(self.spreads[row])))
+        return int(min(good, key=lambda row: float(self.regularisations[row])))
 
     def _scale(self) -> FloatArray:
         """Return what errors are relative to, shape (quantity, stress)."""
@@ -150,8 +150,8 @@ class Comparison:
         """Return for each member the finest one of its regularisation length, if there is one."""
         rows = np.flatnonzero(self.kinds == "finest")
         close = [
-            [row for row in rows if np.isclose(self.spreads[row], spread, rtol=1e-6)]
-            for spread in self.spreads
+            [row for row in rows if np.isclose(self.regularisations[row], length, rtol=1e-6)]
+            for length in self.regularisations
         ]
         return [self.records[found[0]] if found else None for found in close]
 

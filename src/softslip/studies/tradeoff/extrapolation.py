@@ -37,7 +37,7 @@ class Limit:
     residual: FloatArray
 
 
-def extrapolated(spreads: FloatArray, values: FloatArray) -> Limit:
+def extrapolated(lengths: FloatArray, values: FloatArray) -> Limit:
     """Extrapolate values without statistical error to ε = 0.
 
     A parabola goes through the points of ε up to `LARGEST`, or a line where these are two. Its
@@ -46,14 +46,14 @@ def extrapolated(spreads: FloatArray, values: FloatArray) -> Limit:
 
     Parameters
     ----------
-    spreads
+    lengths
         Regularisation lengths over the paper's mesh size, shape (points,).
     values
         Shape (points, ...).
     """
-    order = np.argsort(spreads)
-    order = order[spreads[order] <= LARGEST] if (spreads <= LARGEST).any() else order[:1]
-    x, y = spreads[order], values[order].reshape(len(order), -1)
+    order = np.argsort(lengths)
+    order = order[lengths[order] <= LARGEST] if (lengths <= LARGEST).any() else order[:1]
+    x, y = lengths[order], values[order].reshape(len(order), -1)
     shape = values.shape[1:]
     degree = min(2, len(x) - 1)
     fit = np.polynomial.polynomial.polyfit(x, y, degree)
@@ -92,7 +92,7 @@ class Line:
     chi_square: float
 
 
-def fitted(spreads: FloatArray, values: FloatArray, errors: FloatArray) -> Line:
+def fitted(lengths: FloatArray, values: FloatArray, errors: FloatArray) -> Line:
     """Fit a line to values of ε up to `LARGEST`, weighted by their standard errors.
 
     Values or errors that are no numbers, and errors of zero, are left out; fewer than two points
@@ -100,11 +100,11 @@ def fitted(spreads: FloatArray, values: FloatArray, errors: FloatArray) -> Line:
 
     Parameters
     ----------
-    spreads, values, errors
+    lengths, values, errors
         Shape (points,).
     """
-    good = np.isfinite(values) & (errors > 0) & (spreads <= LARGEST)
-    x, y, weights = spreads[good], values[good], errors[good] ** -2.0
+    good = np.isfinite(values) & (errors > 0) & (lengths <= LARGEST)
+    x, y, weights = lengths[good], values[good], errors[good] ** -2.0
     if len(x) < 2:
         return Line(*([float("nan")] * 5))
     total = weights.sum()

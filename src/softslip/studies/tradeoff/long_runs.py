@@ -16,8 +16,8 @@ from softslip.studies.meanings import attributes
 from softslip.studies.timing import Tell, silent
 from softslip.studies.tradeoff.member_dataset import DONE
 from softslip.studies.tradeoff.members import LEVEL, Member, parameters_of
-from softslip.studies.tradeoff.scene import aged_packing
 from softslip.studies.tradeoff.tradeoff_design import TradeoffDesign
+from softslip.studies.tradeoff.tradeoff_scenes import aged_packing
 
 RATES = {
     "slip_velocity": ("length unit / time unit", "slip velocity, mean of both walls"),
@@ -67,15 +67,6 @@ def measure_steady(
 
     The other settings are those of `LEVEL`.
 
-    Parameters
-    ----------
-    packing
-        Of `sheared_packings`.
-    design
-        Its times, stresses and regularisation lengths.
-    tell
-        Shown each run.
-
     Returns
     -------
     xarray.Dataset
@@ -89,7 +80,7 @@ def measure_steady(
         When there is no such packing.
     """
     steady = design.steady
-    spreads = steady.regularisations if packing.periods == 1 else steady.wide_regularisations
+    lengths = steady.regularisations if packing.periods == 1 else steady.wide_regularisations
     tell(f"{packing.name}: ageing")
     given = _wide(Member("start", "level", LEVEL), design, packing)
     aged = aged_packing(
@@ -100,15 +91,15 @@ def measure_steady(
         ageing=steady.ageing,
     )
     rows = []
-    for spread in spreads:
+    for length in lengths:
         row = []
         for stress in steady.stresses:
-            tell(f"{packing.name}: stress {stress:g}, regularisation {spread}")
-            settings = {**given.settings, "hydrodynamics": {"regularisation": spread}}
+            tell(f"{packing.name}: stress {stress:g}, regularisation {length}")
+            settings = {**given.settings, "hydrodynamics": {"regularisation": length}}
             member = Member("steady", "level", LEVEL, settings)
             row.append(_run(aged, member, design, packing, stress))
         rows.append(xr.concat(row, "stress", join="outer"))
-    return _labelled(xr.concat(rows, "regularisation", join="outer"), design, packing, spreads)
+    return _labelled(xr.concat(rows, "regularisation", join="outer"), design, packing, lengths)
 
 
 def _design_of(design: TradeoffDesign, packing: ShearedPacking) -> TradeoffDesign:
@@ -166,9 +157,9 @@ def _labelled(
     dataset: xr.Dataset,
     design: TradeoffDesign,
     packing: ShearedPacking,
-    spreads: tuple[float | None, ...],
+    lengths: tuple[float | None, ...],
 ) -> xr.Dataset:
-    values = [np.nan if spread is None else spread for spread in spreads]
+    values = [np.nan if length is None else length for length in lengths]
     stress = attributes("stress unit", "imposed stress")
     length = "regularisation length over the paper's mesh size, NaN its mesh's own"
     named = dataset.assign_coords(

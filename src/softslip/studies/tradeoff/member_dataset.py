@@ -17,8 +17,8 @@ from softslip.studies.timing import Tell, alternately, silent
 from softslip.studies.tradeoff.member_run import COUNTS, MARKERS, PLACES, MemberRun, run_of
 from softslip.studies.tradeoff.members import Member, parameters_of, reference_of
 from softslip.studies.tradeoff.precision import in_single_precision
-from softslip.studies.tradeoff.scene import on_member, scene_of
 from softslip.studies.tradeoff.tradeoff_design import TradeoffDesign
+from softslip.studies.tradeoff.tradeoff_scenes import on_member, scene_of
 
 DONE = "done"
 """Status of a scene that ran to its end; any other says why it did not."""
@@ -45,13 +45,11 @@ def measure_member(
     Parameters
     ----------
     dataset
-        Of `studies.tradeoff.scene.prepare`.
+        Of `studies.tradeoff.tradeoff_scenes.prepare`.
     member
         Of the design.
     design
         Its scenes and windows.
-    tell
-        Shown each scene.
 
     Returns
     -------

@@ -123,7 +123,7 @@ def reference_of(design: TradeoffDesign) -> Member:
 
 def finest_name(regularisation: float | None) -> str:
     """Return the name of the finest member of a regularisation length."""
-    return f"finest-e{_spread(regularisation)}"
+    return f"finest-e{_length_text(regularisation)}"
 
 
 def smallest(regularisations: tuple[float | None, ...]) -> float | None:
@@ -151,11 +151,11 @@ def _finest(design: TradeoffDesign) -> list[Member]:
 def _factorial(design: TradeoffDesign) -> list[Member]:
     return [
         Member(
-            f"e{_spread(spread)}-n{spacing:g}-t{tolerance:g}",
+            f"e{_length_text(length)}-n{spacing:g}-t{tolerance:g}",
             "factorial",
-            settings=_settings(spread, spacing, tolerance),
+            settings=_settings(length, spacing, tolerance),
         )
-        for spread in design.regularisations
+        for length in design.regularisations
         for spacing in design.node_spacings
         for tolerance in design.tolerances
     ]
@@ -178,15 +178,15 @@ def _variant(name: str, variant: Variant) -> Member:
     )
 
 
-def _settings(spread: float | None, spacing: float, tolerance: float) -> Tree:
+def _settings(length: float | None, spacing: float, tolerance: float) -> Tree:
     """Return what the grid varies, with as many contact points as the node spacing asks for."""
     points = max(FEWEST_POINTS, math.ceil(spacing / CONTACT_SPACING))
     return {
         "steric": {"refinement": points},
-        "hydrodynamics": {"regularisation": spread, "node_spacing": spacing},
+        "hydrodynamics": {"regularisation": length, "node_spacing": spacing},
         "time_stepping": {"tolerance": tolerance},
     }
 
 
-def _spread(value: float | None) -> str:
+def _length_text(value: float | None) -> str:
     return "mesh" if value is None else f"{value:g}"

@@ -22,11 +22,6 @@ class SinglePrecision(EwaldMobility):
     These are the mesh and its modes, which are transformed, and the arms, functions, forces and
     velocities of the near sum. Positions stay in double precision, as 24 bits of them would cost
     films their thickness, and so do the weights of the window.
-
-    Parameters
-    ----------
-    args, kwargs
-        Of `EwaldMobility`.
     """
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:

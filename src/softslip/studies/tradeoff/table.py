@@ -225,7 +225,7 @@ def _coordinates(table: Comparison) -> dict[str, Any]:
         "effect": ("member", stated("effect"), _words("what it shows the effect of")),
         "regularisation": (
             "member",
-            table.spreads,
+            table.regularisations,
             attributes("1", "regularisation length over the paper's mesh size"),
         ),
         "node_spacing": (

@@ -16,7 +16,7 @@ from softslip.studies.scenes import Scene, advance_to
 from softslip.studies.validation.boundary_integral import steady_capsule
 from softslip.studies.validation.case import Case, Outcome
 from softslip.studies.validation.inertia import deformation, moments
-from softslip.studies.validation.lone import (
+from softslip.studies.validation.single_particle import (
     layout_of_circles,
     lone_parameters,
     lone_scene,

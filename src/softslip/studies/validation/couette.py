@@ -16,7 +16,7 @@ from softslip.solver.suspension import Evaluation, Suspension
 from softslip.studies.boxes import MEAN_RADIUS
 from softslip.studies.scenes import advance_to, at_rest
 from softslip.studies.validation.case import Case, Outcome
-from softslip.studies.validation.lone import layout_of_circles
+from softslip.studies.validation.single_particle import layout_of_circles
 from softslip.studies.validation.solutions import CouetteFlow as Exact
 from softslip.studies.validation.solvent_channel import LENGTH, empty_channel, exact_sheets
 

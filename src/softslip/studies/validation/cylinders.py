@@ -23,8 +23,8 @@ from softslip.solver.splitting import EWALD_REACH, best_split
 from softslip.studies.boxes import MEAN_RADIUS
 from softslip.studies.validation.case import Case, Outcome
 from softslip.studies.validation.lattice import array_drag
-from softslip.studies.validation.lone import unit_circle
-from softslip.studies.validation.rings import hydrodynamic_radius, mesh_lag
+from softslip.studies.validation.ring_radius import hydrodynamic_radius, mesh_lag
+from softslip.studies.validation.single_particle import unit_circle
 from softslip.studies.validation.solvent_channel import empty_channel
 
 RESIDUAL = 1e-6

@@ -18,13 +18,13 @@ from softslip.studies.boxes import MEAN_RADIUS
 from softslip.studies.scenes import Scene, advance_to
 from softslip.studies.validation.capsule import unbounded
 from softslip.studies.validation.case import Case, Outcome
-from softslip.studies.validation.lone import (
+from softslip.studies.validation.ring_theory import Ring
+from softslip.studies.validation.single_particle import (
     lone_parameters,
     lone_scene,
     two_sides,
     unit_circle,
 )
-from softslip.studies.validation.ring_theory import Ring
 
 DECAY = 1.0
 """Part of the decay time, its inverse rate, over which the rate is measured."""

@@ -20,7 +20,7 @@ from softslip.solver.rheometer import relative_speed
 from softslip.solver.splitting import EWALD_REACH
 from softslip.studies.boxes import MEAN_RADIUS
 from softslip.studies.validation.case import Case, Outcome
-from softslip.studies.validation.lone import layout_of_circles
+from softslip.studies.validation.single_particle import layout_of_circles
 from softslip.studies.validation.solvent_channel import empty_channel, exact_sheets
 
 GAP = 1 / 64

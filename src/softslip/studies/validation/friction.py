@@ -14,7 +14,7 @@ from softslip.solver.neighbours import find_pairs
 from softslip.solver.steric import add_contacts
 from softslip.studies.boxes import MEAN_RADIUS as RADIUS
 from softslip.studies.validation.case import Case, Outcome
-from softslip.studies.validation.lone import unit_circle
+from softslip.studies.validation.single_particle import unit_circle
 from softslip.studies.validation.solvent_channel import empty_channel
 
 LENGTH = 0.125

@@ -21,7 +21,7 @@ from softslip.studies.boxes import MEAN_RADIUS as RADIUS
 from softslip.studies.membrane_nodes import interpolation
 from softslip.studies.scenes import Scene, advance_to, at_rest
 from softslip.studies.validation.case import Case, Outcome
-from softslip.studies.validation.lone import layout_of_circles, unit_circle
+from softslip.studies.validation.single_particle import layout_of_circles, unit_circle
 from softslip.studies.validation.solvent_channel import level_of
 
 LENGTH, HEIGHT = 5 * CELL, 4 * CELL

@@ -41,8 +41,6 @@ def sweep(
         and an empty text among words.
     fixed
         Values of other parameters, the defaults where not given.
-    tell
-        Shown each combination before it is solved.
 
     Returns
     -------

@@ -30,13 +30,6 @@ def prepare(design: TradeoffDesign, tell: Tell = silent) -> xr.Dataset:
     Packings are grown and aged at `LEVEL`, sheared there for ``design.shearing``, then for
     ``design.settling`` on the closest nodes of the design at the mesh's regularisation length.
 
-    Parameters
-    ----------
-    design
-        Its stresses, roughnesses and times.
-    tell
-        Shown each scene.
-
     Raises
     ------
     SoftslipError

@@ -6,7 +6,7 @@ import tradeoff_synthetic as synthetic
 
 from softslip.config.accuracy import Choice, cheapest
 from softslip.config.parameters import Parameters
-from softslip.studies.tradeoff.choose import choices, doubts
+from softslip.studies.tradeoff.choices import choices, doubts
 from softslip.studies.tradeoff.table import gather
 
 

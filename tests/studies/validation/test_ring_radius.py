@@ -5,7 +5,7 @@ import pytest
 
 from softslip.solver.geometry import Box
 from softslip.solver.mobility.grid import GridMobility
-from softslip.studies.validation.rings import directed_lag, hydrodynamic_radius, mesh_lag
+from softslip.studies.validation.ring_radius import directed_lag, hydrodynamic_radius, mesh_lag
 from softslip.studies.validation.solutions import MeshSheets
 from softslip.studies.validation.unbounded import Unbounded
 
