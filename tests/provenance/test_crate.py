@@ -34,7 +34,6 @@ from softslip.provenance.crate.graph import TERMS
 from softslip.provenance.crate.steps import STEPS
 from softslip.provenance.crate.writing import EARLIEST
 from softslip.provenance.product_labels import read_product
-from softslip.provenance.verification.consistency import expected
 
 METADATA, PREVIEW = "ro-crate-metadata.json", "ro-crate-preview.html"
 
