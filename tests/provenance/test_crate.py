@@ -314,12 +314,6 @@ def test_connections_are_those_that_files_have_gone_through(items):
         assert through, f"nothing went from {source} to {target}"
 
 
-def test_it_expects_what_verifying_expects(contents):
-    assert tuple(each.name for each in expected_results(contents.scenario)) == expected(
-        contents.scenario
-    )
-
-
 def test_software_is_told_as_it_was_recorded(items, contents):
     entities = graph(items)
     (environment,) = {each.product.provenance["environment"] for each in contents.results}
