@@ -608,7 +608,7 @@ def test_a_table_of_fewer_runs_than_there_are_is_refused(own):
     words = ["gather", "creep", source, "--results", results, "--output", results / "creep.nc"]
     assert not small_results.call(words)
     shutil.move(own / path.name, path)
-    with pytest.raises(DatasetError, match=r"creep\.nc: was gathered from 1 of 2 runs; run the"):
+    with pytest.raises(DatasetError, match=r"creep\.nc: was gathered from 1 of 2 runs; rerun the"):
         collected(own)
 
 
