@@ -14,7 +14,7 @@ from softslip.simulation import hydrodynamics, trajectory
 from softslip.simulation.checkpoint import Checkpoints, Identity
 from softslip.simulation.interruption import Interruption
 from softslip.simulation.keeper import Keeper
-from softslip.solver import contacts, health, membrane, rheometer, suspension
+from softslip.solver import contacts, control, health, membrane, suspension
 
 pytestmark = [
     pytest.mark.reliability,
@@ -46,17 +46,13 @@ def scene(aged, given) -> tuple[Any, Any]:
     return equations, hydrodynamics._aged_state(aged, equations.layout)
 
 
-def nothing(*_: object) -> None:
-    """See and report nothing."""
-
-
-def advance(scene, given, keep: Callable[..., None] = nothing) -> trajectory.Advanced:
+def advance(scene, given, keep: Callable[..., None] = trajectory.ignore) -> trajectory.Advanced:
     equations, state = scene
     stops = np.linspace(0.0, 0.05, 11)[1:]
-    return trajectory.advance(equations, state, stops, given, nothing, nothing, keep)
+    return trajectory.advance(equations, state, stops, given, trajectory.Watch(keep=keep))
 
 
-def refused(scene, given, keep: Callable[..., None] = nothing) -> NumericalError:
+def refused(scene, given, keep: Callable[..., None] = trajectory.ignore) -> NumericalError:
     with pytest.raises(NumericalError) as caught:
         advance(scene, given, keep)
     assert "\n" not in str(caught.value)
@@ -171,7 +167,7 @@ TERMS = {
     "film": (contacts.Contacts, "add_forces", lose_all, {"film_thickness"}),
     "closing": (contacts.Contacts, "closing_rate", lose_all, {"closing_rate"}),
     "tethers": (suspension.Suspension, "positions", None, {"tether", "force"}),
-    "traction": (rheometer.StressControl, "traction", lose_all, {"traction"}),
+    "traction": (control.StressControl, "traction", lose_all, {"traction"}),
     "node velocity": (Mobility, "velocities", lose_velocity(5, 1), {"node_velocity"}),
     "wall velocity": (
         Mobility,

@@ -211,19 +211,15 @@ def test_a_run_stops_at_the_step_that_a_number_is_lost(foam, smooth, name):
     suspension, state = scenes.of_foam(foam, smooth)
     getattr(state, name).flat[0] = np.nan
     with pytest.raises(NumericalError) as caught:
-        trajectory.advance(suspension, state, np.array([0.002]), smooth, nothing, nothing)
+        trajectory.advance(suspension, state, np.array([0.002]), smooth)
     assert caught.value.step == 0
-
-
-def nothing(*_):
-    """See and report nothing."""
 
 
 def test_a_time_step_too_long_ends_in_an_error_that_says_so(foam):
     given = scenes.parameters(time_stepping={"step": 0.1}, rheometer={"stress": 0.5})
     suspension, state = scenes.of_foam(foam, given)
     with pytest.raises(NumericalError, match=r"time_stepping\.step"):
-        trajectory.advance(suspension, state, np.array([20.0]), given, nothing, nothing)
+        trajectory.advance(suspension, state, np.array([20.0]), given)
 
 
 def test_no_film_may_be_thinner_than_what_forces_are_spread_over(scene):
@@ -268,7 +264,7 @@ def test_a_run_under_the_printed_control_stops_before_it_means_nothing(foam, int
 
     with pytest.raises(NumericalError, match=r"wall_speed\[\d\].*rheometer\.control 'exact'"):
         trajectory.advance(
-            suspension, suspension.load(state), np.array([0.2]), given, look, nothing
+            suspension, suspension.load(state), np.array([0.2]), given, trajectory.Watch(look)
         )
     assert stress == pytest.approx(np.full(len(stress), 0.3), rel=0.01)
 
@@ -335,8 +331,7 @@ def test_a_run_stops_at_the_step_of_a_fault_in_its_evaluation(foam, smooth, spoi
             state,
             np.array([0.2]),
             smooth,
-            lambda state, _: seen.append(state.step),
-            nothing,
+            trajectory.Watch(lambda state, _: seen.append(state.step)),
         )
     assert field in str(caught.value)
     assert caught.value.step == seen[-1] + 1 > 10
@@ -347,13 +342,13 @@ def test_a_run_of_euler_steps_begins_only_below_its_limit(foam, ratio):
     stiff = {"rheometer": {"stress": 0.0}, "wall": {"stiffness": 2e6}}
     given = scenes.parameters(**stiff, time_stepping={"step": 1e-4})
     suspension, state = scenes.of_foam(foam, given)
-    done = trajectory.advance(suspension, state, np.array([1e-4]), given, nothing, nothing)
+    done = trajectory.advance(suspension, state, np.array([1e-4]), given)
     step = ratio * 2 / done.state.memory.spectral_radius
     given = scenes.parameters(**stiff, time_stepping={"step": step})
     suspension, state = scenes.of_foam(foam, given)
     if ratio < 1:
-        trajectory.advance(suspension, state, 5 * np.array([step]), given, nothing, nothing)
+        trajectory.advance(suspension, state, 5 * np.array([step]), given)
         return
     # The walls' tethers are the stiffest here, and the error says so.
     with pytest.raises(NumericalError, match=r"tether\[\d+\] at step 0: .*time_stepping.step"):
-        trajectory.advance(suspension, state, 5 * np.array([step]), given, nothing, nothing)
+        trajectory.advance(suspension, state, 5 * np.array([step]), given)

@@ -6,6 +6,7 @@ import xarray as xr
 from softslip.config.parameters import Parameters
 from softslip.simulation.sample import channel_box, wall_contour
 from softslip.solver.contacts import ContactLaw, Contacts, NoContacts
+from softslip.solver.control import Control, PrintedControl, RateControl, StressControl
 from softslip.solver.films import contact_strength
 from softslip.solver.geometry import LOWER, UPPER, Layout, wall_positions
 from softslip.solver.membrane import MembraneLaw, rest_spacing
@@ -16,14 +17,7 @@ from softslip.solver.mobility.outside import StillOutside
 from softslip.solver.mobility.profile import MeanFlow
 from softslip.solver.mobility.quadrature import CorrectedQuadrature
 from softslip.solver.neighbours import PairSource
-from softslip.solver.rheometer import (
-    Balance,
-    Control,
-    PrintedControl,
-    RateControl,
-    StressControl,
-    unit_drive,
-)
+from softslip.solver.rheometer import Balance, unit_drive
 from softslip.solver.splitting import farthest_reach, split_length
 from softslip.solver.suspension import Suspension
 

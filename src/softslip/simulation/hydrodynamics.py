@@ -1,6 +1,6 @@
 """The stages with hydrodynamics: ageing at zero stress, then shear (Sec. II B)."""
 
-from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,7 +9,7 @@ import xarray as xr
 from softslip.config.parameters import Parameters
 from softslip.simulation.assembly import assemble, layout_of, mean_flow
 from softslip.simulation.record import Observer, Recorder, described
-from softslip.simulation.trajectory import Advanced, Effort, Progress, Visit, advance
+from softslip.simulation.trajectory import Advanced, Effort, Progress, Watch, advance, ignore
 from softslip.solver.geometry import FloatArray, Layout
 from softslip.solver.state import State
 from softslip.solver.suspension import Suspension
@@ -19,14 +19,10 @@ if TYPE_CHECKING:
     from softslip.simulation.keeper import Keeper, Resumable
 
 
-def _ignore(*_: object) -> None:
-    """Show nothing."""
-
-
 def age(
     expansion: xr.Dataset,
     parameters: Parameters,
-    progress: Progress = _ignore,
+    progress: Progress = ignore,
     threads: int = 1,
     keeper: "Keeper | None" = None,
 ) -> xr.Dataset:
@@ -61,7 +57,9 @@ def age(
     layout = layout_of(packing, parameters)
     suspension = assemble(parameters, layout, stress=0.0, threads=threads)
     start = State.at_rest(expansion["node_position"].values, layout)
-    aged = _follow(suspension, start, _ends(parameters), parameters, _ignore, progress, keeper, {})
+    aged = _follow(
+        suspension, start, _ends(parameters), parameters, Watch(progress=progress), keeper
+    )
     observer = Observer(parameters, layout, mean_flow(parameters))
     last = observer.measure(aged.state, aged.evaluation)
     state = aged.state
@@ -85,21 +83,20 @@ def _follow(
     start: State,
     stops: FloatArray,
     parameters: Parameters,
-    visit: Visit,
-    progress: Progress,
+    watch: Watch,
     keeper: "Keeper | None",
-    others: Mapping[str, "Resumable"],
+    **others: "Resumable",
 ) -> Advanced:
     """Advance a state from the start of a stage, or from its checkpoint."""
     if keeper is None:
-        return advance(suspension, suspension.load(start), stops, parameters, visit, progress)
+        return advance(suspension, suspension.load(start), stops, parameters, watch)
     state, past = keeper.resume(start, others) or (suspension.load(start), None)
     end = float(stops[-1]) if len(stops) else state.time
 
     def keep(state: State, effort: Effort) -> None:
         keeper.offer(state, effort, end, others)
 
-    return advance(suspension, state, stops, parameters, visit, progress, keep, past)
+    return advance(suspension, state, stops, parameters, replace(watch, keep=keep), past)
 
 
 def _ends(parameters: Parameters) -> FloatArray:
@@ -124,7 +121,7 @@ def _aged_state(ageing: xr.Dataset, layout: Layout) -> State:
 def shear(
     ageing: xr.Dataset,
     parameters: Parameters,
-    progress: Progress = _ignore,
+    progress: Progress = ignore,
     threads: int = 1,
     keeper: "Keeper | None" = None,
 ) -> xr.Dataset:
@@ -165,9 +162,9 @@ def shear(
     steps = round(parameters.time_stepping.shear_time / parameters.time_stepping.step)
     observer = Observer(parameters, layout, mean_flow(parameters))
     recorder = Recorder(parameters, steps, suspension, observer, parameters.recording.snapshots)
-    start, others = _aged_state(ageing, layout), {"recorder": recorder}
+    start, watch = _aged_state(ageing, layout), Watch(recorder.visit, progress)
     sheared = _follow(
-        suspension, start, recorder.stops, parameters, recorder.visit, progress, keeper, others
+        suspension, start, recorder.stops, parameters, watch, keeper, recorder=recorder
     )
     return described(
         recorder.dataset().assign(nodes_per_particle=ageing["nodes_per_particle"])

@@ -10,17 +10,11 @@ from softslip.errors import NumericalError
 from softslip.simulation.assembly import regularisation_of
 from softslip.solver import health
 from softslip.solver.crossing import check_crossing
-from softslip.solver.geometry import FloatArray, Layout
+from softslip.solver.geometry import FloatArray
 from softslip.solver.integrators import INTEGRATORS, Accuracy, Vector
 from softslip.solver.membrane import wrap_particles
 from softslip.solver.state import State
 from softslip.solver.suspension import Evaluation, Suspension
-
-Progress = Callable[[int, int, float], None]
-"""Called as progress(parts done, parts of the stage, time)."""
-
-Visit = Callable[[State, Evaluation], None]
-"""Called before each step, and after the last, with the state and its evaluation."""
 
 
 @dataclass(frozen=True)
@@ -42,12 +36,27 @@ class Effort:
     recent: tuple[int, ...] = ()
 
 
+Visit = Callable[[State, Evaluation], None]
+"""Called before each step, and after the last, with the state and its evaluation."""
+
+Progress = Callable[[int, int, float], None]
+"""Called after each step as progress(parts done, parts of the stage, time)."""
+
 Keep = Callable[[State, Effort], None]
 """Called after each `Visit` but the last: here a stage can be interrupted and resumed."""
 
 
-def _no_keep(*_: object) -> None:
-    """Keep nothing."""
+def ignore(*_: object) -> None:
+    """Do nothing."""
+
+
+@dataclass(frozen=True)
+class Watch:
+    """Who is called on the way of a stage: `Visit`, `Progress` and `Keep`."""
+
+    visit: Visit = ignore
+    progress: Progress = ignore
+    keep: Keep = ignore
 
 
 @dataclass(frozen=True)
@@ -91,12 +100,10 @@ def advance(
     state: State,
     stops: FloatArray,
     parameters: Parameters,
-    visit: Visit,
-    progress: Progress,
-    keep: Keep = _no_keep,
+    watch: Watch = Watch(),
     past: Effort | None = None,
 ) -> Advanced:
-    """Advance a state to the last of some times: evaluate, guard, show, keep, step.
+    """Advance a state to the last of some times: evaluate, guard, visit, keep, step.
 
     Parameters
     ----------
@@ -108,14 +115,10 @@ def advance(
         Increasing times that steps end at, shape (stops,) [time unit].
     parameters
         Of the run.
-    visit
-        Called with every state, the first and the last included.
-    progress
-        See `Progress`.
-    keep
-        See `Keep`.
+    watch
+        Who is called on the way; the first and the last state are visited too.
     past
-        What ``keep`` was given with this state, where a stage resumes: the state is then not
+        What `Keep` was called with for this state, where a stage resumes: the state is then not
         visited again, and everything after it has the same bits as without the break.
 
     Raises
@@ -124,82 +127,98 @@ def advance(
         When a guard of `solver.health` finds the numbers out of range, or no step is short
         enough.
     """
-    stepping = parameters.time_stepping
-    integrate = INTEGRATORS[stepping.integrator]
-    longest_step = _LONGEST_STEP[stepping.integrator]
-    accuracy = Accuracy(stepping.tolerance, suspension.error_scale(state))
+    course = _Course(suspension, state, parameters, past or Effort())
+    whole = parameters.time_stepping.step
     if not state.memory.step_size:
-        state = replace(state, memory=replace(state.memory, step_size=stepping.step))
-    latest = suspension.evaluate(state)
-    # Evaluating a state that was kept repeats the last evaluation before.
-    effort = past or Effort()
-    evaluations, rejections = effort.evaluations, effort.rejections
-    refused = health.Rejections(effort.recent)
-    seen = past is not None
-
-    def rate(vector: Vector, time: float) -> Vector:
-        nonlocal latest, evaluations
-        evaluations += 1
-        latest = suspension.evaluate(state.replace(vector, time, state.step))
-        return latest.rate
-
+        state = replace(state, memory=replace(state.memory, step_size=whole))
     end = float(stops[-1]) if len(stops) else state.time
-    start = state.step
+    start, visited = state.step, past is not None
     while True:
-        _guard(state, latest, suspension.layout, parameters)
+        course.guard(state)
         if state.step > start:
-            progress(round(state.time / stepping.step), round(end / stepping.step), state.time)
-        if not seen:
-            visit(state, latest)
-            effort = Effort(evaluations, rejections, refused.latest)
+            watch.progress(round(state.time / whole), round(end / whole), state.time)
+        if not visited:
+            watch.visit(state, course.latest)
         if state.time >= end:
-            return Advanced(state, latest, effort)
-        if not seen:
-            keep(state, effort)
-        seen = False
-        until = float(stops[np.searchsorted(stops, state.time, side="right")])
-        longest = longest_step(state, latest, suspension, parameters)
+            return Advanced(state, course.latest, course.effort)
+        if not visited:
+            watch.keep(state, course.effort)
+        visited = False
+        state = course.step(state, float(stops[np.searchsorted(stops, state.time, side="right")]))
+
+
+class _Course:
+    """The equations of motion on the way of a stage, and what they have taken.
+
+    Attributes
+    ----------
+    latest
+        Evaluation of the present state.
+    """
+
+    def __init__(
+        self, suspension: Suspension, state: State, parameters: Parameters, past: Effort
+    ) -> None:
+        stepping = parameters.time_stepping
+        self._suspension, self._parameters = suspension, parameters
+        self._integrate = INTEGRATORS[stepping.integrator]
+        self._longest_step = _LONGEST_STEP[stepping.integrator]
+        self._accuracy = Accuracy(stepping.tolerance, suspension.error_scale(state))
+        self._evaluations, self._rejections = past.evaluations, past.rejections
+        self._refused = health.Rejections(past.recent)
+        # Evaluating a state that was kept repeats the last evaluation before.
+        self.latest = suspension.evaluate(state)
+
+    @property
+    def effort(self) -> Effort:
+        """What the stage has taken so far."""
+        return Effort(self._evaluations, self._rejections, self._refused.latest)
+
+    def step(self, state: State, until: float) -> State:
+        """Return the state after one step, which ends at a time at the latest."""
+
+        def rate(vector: Vector, time: float) -> Vector:
+            self._evaluations += 1
+            self.latest = self._suspension.evaluate(state.replace(vector, time, state.step))
+            return self.latest.rate
+
+        longest = self._longest_step(state, self.latest, self._suspension, self._parameters)
+        begin = state.vector, state.time, self.latest.rate, state.memory
         try:
-            step = integrate(
-                rate,
-                state.vector,
-                state.time,
-                latest.rate,
-                state.memory,
-                accuracy,
-                until,
-                longest,
-            )
+            step = self._integrate(rate, *begin, self._accuracy, until, longest)
         except NumericalError as error:
             # The stepper only knows that no step has a value; what was lost is named here.
             health.check_finite(state)
-            _guard(state, suspension.evaluate(state), suspension.layout, parameters)
+            self.latest = self._suspension.evaluate(state)
+            self.guard(state)
             raise health.named(error, state) from error
-        rejections += step.rejections
-        refused.add(step.rejections, state.step)
-        state = replace(
+        self._rejections += step.rejections
+        self._refused.add(step.rejections, state.step)
+        wrapped = replace(
             state, vector=step.vector, time=step.time, step=state.step + 1, memory=step.memory
         )
-        wrap_particles(state.node_position, suspension.layout.offsets, parameters.channel.length)
+        offsets, length = self._suspension.layout.offsets, self._parameters.channel.length
+        wrap_particles(wrapped.node_position, offsets, length)
+        return wrapped
 
-
-def _guard(state: State, evaluation: Evaluation, layout: Layout, parameters: Parameters) -> None:
-    """Raise unless a state and its evaluation are sound; see `solver.health`."""
-    health.check_state(
-        state,
-        layout,
-        evaluation.film_thickness,
-        order=parameters.membrane.order,
-        height=parameters.channel.height,
-        contact_range=parameters.steric.length,
-        regularisation=regularisation_of(parameters),
-        node_spacing=float(layout.spacing.max(initial=0.0)),
-    )
-    health.check_forces(evaluation.forces, state.step)
-    health.check_rate(evaluation.rate, state)
-    health.check_control(state.wall_speed, evaluation.wall_velocity, state.step)
-    film, length = evaluation.film_thickness, parameters.channel.length
-    check_crossing(evaluation.positions, layout, length, film, state.step)
+    def guard(self, state: State) -> None:
+        """Raise unless a state and its evaluation are sound; see `solver.health`."""
+        evaluation, layout = self.latest, self._suspension.layout
+        parameters, length = self._parameters, self._parameters.channel.length
+        health.check_state(
+            state,
+            layout,
+            evaluation.film_thickness,
+            order=parameters.membrane.order,
+            height=parameters.channel.height,
+            contact_range=parameters.steric.length,
+            regularisation=regularisation_of(parameters),
+            node_spacing=float(layout.spacing.max(initial=0.0)),
+        )
+        health.check_forces(evaluation.forces, state.step)
+        health.check_rate(evaluation.rate, state)
+        health.check_control(state.wall_speed, evaluation.wall_velocity, state.step)
+        check_crossing(evaluation.positions, layout, length, evaluation.film_thickness, state.step)
 
 
 def _fixed(

@@ -7,12 +7,13 @@ from scipy.sparse.linalg import LinearOperator, gmres
 
 from softslip.errors import NumericalError
 from softslip.solver.contacts import Contacts, NoContacts
+from softslip.solver.control import Control
 from softslip.solver.geometry import Box, FloatArray, Layout
 from softslip.solver.integrators import Vector
 from softslip.solver.membrane import MembraneLaw, wrap_particles
 from softslip.solver.mobility import Mobility
 from softslip.solver.mobility.rest import RestWithoutForce
-from softslip.solver.rheometer import Control, check_traction, relative_speed, tether_rate
+from softslip.solver.rheometer import check_traction, relative_speed, tether_rate
 from softslip.solver.state import State
 
 RIGIDITY_TOLERANCE = 0.02

@@ -63,20 +63,15 @@ class Stretch:
     evaluations: int
 
 
-def unseen(*_: object) -> None:
-    """Show nothing of a run."""
-
-
 def advance_to(
     scene: Scene,
     stops: FloatArray,
-    visit: trajectory.Visit = unseen,
-    progress: trajectory.Progress = unseen,
+    visit: trajectory.Visit = trajectory.ignore,
+    progress: trajectory.Progress = trajectory.ignore,
 ) -> trajectory.Advanced:
     """Advance a scene as its stage would, with all guards; see `simulation.trajectory.advance`."""
-    return trajectory.advance(
-        scene.suspension, scene.state, stops, scene.parameters, visit, progress
-    )
+    watch = trajectory.Watch(visit, progress)
+    return trajectory.advance(scene.suspension, scene.state, stops, scene.parameters, watch)
 
 
 def advance(scene: Scene, duration: float) -> Stretch:
