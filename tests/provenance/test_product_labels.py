@@ -60,7 +60,7 @@ def test_a_figure_says_what_it_is(chain):
     assert (product.stage, product.run, product.is_figure) == (FIGURE, RUN, True)
     assert product.label == f"snapshot {RUN}"
     assert product.provenance["fingerprint"] == "e" * 16
-    assert Archive(chain).find(parent).label == f"expansion {RUN}"
+    assert Archive(chain).locate(parent).product.label == f"expansion {RUN}"
 
 
 def test_an_archive_lists_results_and_nothing_else(chain):
@@ -83,20 +83,20 @@ def test_a_parent_is_found_wherever_it_lies(chain):
     (parent,) = read_product(chain / "expansion" / f"{RUN}.nc").parents
     usual = Archive(chain).place(parent)
     assert usual == chain / "packing" / f"{RUN}.nc"
-    assert Archive(chain).find(parent).path == usual
+    assert Archive(chain).locate(parent).product.path == usual
     elsewhere = chain / "elsewhere.nc"
     shutil.move(usual, elsewhere)
-    assert Archive(chain).find(parent).path == elsewhere
+    assert Archive(chain).locate(parent).product.path == elsewhere
     elsewhere.unlink()
-    assert Archive(chain).find(parent) is None
+    assert Archive(chain).locate(parent).product is None
 
 
 def test_a_parent_with_another_content_is_not_taken(chain):
     (parent,) = read_product(chain / "expansion" / f"{RUN}.nc").parents
     written(chain, "packing", value=2.0)
-    assert Archive(chain).find(parent) is None
+    assert Archive(chain).locate(parent).product is None
     written(chain, "packing", value=1.0)
-    again = Archive(chain).find(parent)
+    again = Archive(chain).locate(parent).product
     assert again.content == parent.content
     assert again.record != parent.record, "made at another time"
 

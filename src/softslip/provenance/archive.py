@@ -102,10 +102,6 @@ class Archive:
         """Return where the workflow puts the dataset of a stage and run."""
         return self.folder / usual_place(parent.stage, parent.run)
 
-    def find(self, parent: Parent) -> Product | None:
-        """Return the product that has a parent's content, None where there is none."""
-        return self.locate(parent).product
-
     def locate(self, parent: Parent) -> Whereabouts:
         """Say where what has a parent's content is: where the workflow puts it, or anywhere."""
         usual = self._at(self.place(parent), parent)

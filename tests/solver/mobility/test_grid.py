@@ -6,13 +6,13 @@ import sys
 import numpy as np
 import pytest
 import scenes
+from exact_flows import ShearWave, Vortices
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from twins import evaluate_kernel
 
 from softslip.solver.geometry import Box
 from softslip.solver.mobility.grid import GridMobility, laplacian_symbol
-from softslip.studies.validation.solutions import ShearWave, Vortices
 
 BOX = Box(length=0.375, height=0.375, outer_gap=0.125)
 RESOLUTION = 64

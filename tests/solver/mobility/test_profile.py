@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 import scenes
+from exact_flows import ShearWave
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -8,7 +9,6 @@ from softslip.solver.geometry import Box
 from softslip.solver.mobility.grid import GridMobility
 from softslip.solver.mobility.outside import StillOutside
 from softslip.solver.mobility.profile import MeanFlow
-from softslip.studies.validation.solutions import ShearWave
 
 BOX = Box(length=0.25, height=0.375, outer_gap=0.125)
 RESOLUTION, VISCOSITY = 64, 1.3

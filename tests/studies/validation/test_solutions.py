@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
+from exact_flows import ShearWave, Vortices
 
-from softslip.studies.validation.solutions import CouetteFlow, EnclosedVortices, ShearWave, Vortices
+from softslip.studies.validation.solutions import CouetteFlow, EnclosedVortices
 
 LENGTH, PERIOD, COUNT = 0.75, 0.5, 128
 FLOWS = [

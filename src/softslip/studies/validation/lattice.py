@@ -28,12 +28,6 @@ SLOWEST = 0.95
 """Largest rate at which terms are taken to fall: closer cylinders get no more of them."""
 
 
-def dilute_drag(concentration: float) -> float:
-    """Return F/(ηU) of a dilute square array, to third order in c (Sangani & Acrivos 1982)."""
-    c = concentration
-    return 8 * math.pi / (-math.log(c) - 1.476 + 2 * c - 1.774 * c**2 + 4.076 * c**3)
-
-
 @cache
 def array_drag(concentration: float, terms: int | None = None) -> float:
     """Return the drag F/(ηU) per length of a cylinder in a square array.
