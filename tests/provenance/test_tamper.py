@@ -150,7 +150,7 @@ def forged(change: Callable[[Path, Random, Files], Files]) -> Callable[..., File
 
 
 def relabel(path: Path, random: Random, others: Files) -> Files:
-    """Write a figure's labels anew, with right checksums of its parts."""
+    """Rewrite a figure's labels, with right checksums of its parts."""
     with Image.open(path) as image:
         image.load()
         fields, pixels = dict(image.info), image.copy()

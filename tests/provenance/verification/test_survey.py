@@ -1,4 +1,4 @@
-"""Seals, claims, comparisons and executing again."""
+"""Seals, claims, comparisons and reruns."""
 
 import json
 import os
@@ -301,7 +301,7 @@ def test_a_table_over_a_part_of_the_runs_is_sound(results: Path, tmp_path: Path)
 
 
 def partial_table(results: Path, folder: Path) -> Path:
-    """Gather creep again as it was before the second run was done."""
+    """Regather creep as it was before the second run was done."""
     before, after = folder / "before", results / "creep.nc"
     shutil.copytree(results, before)
     sorted(before.glob("shear/*.nc"))[1].unlink()
@@ -479,7 +479,7 @@ def test_letters_may_be_drawn_otherwise_elsewhere(results: Path, tmp_path: Path)
         assert compare(recorded, twin).verdict == DIFFERS
 
 
-# --- executing again ---------------------------------------------------------------------------
+# --- reruns -----------------------------------------------------------------------------------
 
 
 def contents(folder: Path) -> dict[Path, tuple[bytes, int]]:
@@ -487,8 +487,8 @@ def contents(folder: Path) -> dict[Path, tuple[bytes, int]]:
     return {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in files}
 
 
-def again(results: Path, *names: str, stretch: bool = False) -> list[RerunOutcome]:
-    """Make products again, by default all."""
+def reruns(results: Path, *names: str, stretch: bool = False) -> list[RerunOutcome]:
+    """Rerun what made products, by default all."""
     possible = possible_reruns(verified(results), stretch)
     wanted = [each for each in possible if not names or each.name in names]
     assert len(wanted) == len(names or possible)
@@ -497,7 +497,7 @@ def again(results: Path, *names: str, stretch: bool = False) -> list[RerunOutcom
 
 def test_every_product_comes_out_again_and_none_is_touched(results: Path) -> None:
     before = contents(results)
-    outcomes = again(results)
+    outcomes = reruns(results)
     assert {each.verdict for each in outcomes} == {EQUAL}, [each.problem for each in outcomes]
     assert len(outcomes) == 14
     assert {each.how for each in outcomes} == {WHOLE}
@@ -512,8 +512,8 @@ def test_a_forged_last_figure_does_not_come_out_again(results: Path) -> None:
         return pixels
 
     small_results.forge_figure(path, {}, paint)
-    assert verified(results).problems == (), "only making it again can reveal it"
-    (outcome,) = again(results, "figures/creep.png")
+    assert verified(results).problems == (), "only a rerun can reveal it"
+    (outcome,) = reruns(results, "figures/creep.png")
     assert outcome.verdict == DIFFERS
     assert outcome.problem.startswith(f"{path}: is not reproduced: pixels")
 
@@ -524,8 +524,8 @@ def test_forged_last_fits_do_not_come_out_again(results: Path) -> None:
     with netCDF4.Dataset(path, "a") as dataset:
         dataset["points"][...] = dataset["points"][...] + 1
     redigest(path)
-    assert verified(results).problems == (), "only making them again can reveal it"
-    (outcome,) = again(results, "fits.nc")
+    assert verified(results).problems == (), "only a rerun can reveal it"
+    (outcome,) = reruns(results, "fits.nc")
     assert outcome.verdict == DIFFERS
     assert outcome.problem.startswith(f"{path}: is not reproduced: points")
 
@@ -535,15 +535,15 @@ def test_a_forged_last_run_does_not_come_out_again(results: Path) -> None:
     for other in (*results.glob("*.nc"), *results.rglob("*.png")):
         other.unlink()
     change(path, "shear_rate_wall", 1 + 1e-15, place=3)
-    assert verified(results).problems == (), "only making it again can reveal it"
-    (outcome,) = again(results, f"shear/{path.name}")
+    assert verified(results).problems == (), "only a rerun can reveal it"
+    (outcome,) = reruns(results, f"shear/{path.name}")
     assert outcome.verdict == DIFFERS
     assert "same kind of processor" in outcome.problem
 
 
 def test_a_table_is_gathered_again_from_its_own_runs(results: Path, tmp_path: Path) -> None:
     partial_table(results, tmp_path)
-    (outcome,) = again(results, "creep.nc")
+    (outcome,) = reruns(results, "creep.nc")
     assert outcome.verdict == EQUAL, outcome.problem
 
 
@@ -596,7 +596,7 @@ def test_the_estimate_is_what_it_took_before(results: Path) -> None:
 
 @pytest.fixture
 def kept(results: Path) -> Path:
-    """Make a run again that leaves its last checkpoint, and return that."""
+    """Rerun a run that leaves its last checkpoint, and return that."""
     path = only(results, "shear/*.nc")
     (parent,) = results.glob("ageing/*.nc")
     words = ["shear", small_results.source(results), path.stem, "--parent", parent]
@@ -609,7 +609,7 @@ def test_the_last_stretch_of_a_run_comes_out_again(results: Path, kept: Path) ->
     before = contents(results)
     name = f"shear/{kept.name.partition('.')[0]}.nc"
     whole = next(each.seconds for each in possible_reruns(verified(results)) if each.name == name)
-    (outcome,) = again(results, name, stretch=True)
+    (outcome,) = reruns(results, name, stretch=True)
     assert (outcome.verdict, outcome.how) == (EQUAL, STRETCH), outcome.problem
     assert outcome.rerun.seconds < whole
     assert contents(results) == before
@@ -621,7 +621,7 @@ def test_a_forged_last_stretch_does_not_come_out_again(results: Path, kept: Path
     for other in (*results.glob("*.nc"), *results.rglob("*.png")):
         other.unlink()
     change(path, "shear_rate_wall", 1 + 1e-15, place=-1)
-    (outcome,) = again(results, f"shear/{name}.nc", stretch=True)
+    (outcome,) = reruns(results, f"shear/{name}.nc", stretch=True)
     assert (outcome.verdict, outcome.how) == (DIFFERS, STRETCH)
 
 
@@ -633,7 +633,7 @@ def test_without_its_checkpoint_a_run_is_made_as_a_whole(
         kept.unlink()
     else:
         kept.write_bytes(b"nothing")
-    (outcome,) = again(results, f"shear/{kept.name.partition('.')[0]}.nc", stretch=True)
+    (outcome,) = reruns(results, f"shear/{kept.name.partition('.')[0]}.nc", stretch=True)
     assert (outcome.verdict, outcome.how) == (EQUAL, WHOLE)
 
 
