@@ -26,7 +26,7 @@ CORNER = 0.35
 
 
 NUMBER = {"units": "1", "long_name": "number of nodes of each membrane"}
-AREA = {"units": "length unit2", "long_name": "area of the polygon of each membrane"}
+AREA = {"units": "length unit squared", "long_name": "area of the polygon of each membrane"}
 
 
 def generator(*key):

@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from softslip.files.quantities import FORMER_UNITS
 from softslip.messages import Verbatim, brief
 
 Kind = Literal["number", "count", "flag", "word"]
@@ -203,7 +204,7 @@ def _form_faults(
         yield f"variable {_plain(name)} has dimensions {_listed(held.dims)}, not {_listed(dims)}"
     yield from _type_faults(name, held, wanted.kind)
     units = held.attrs.get("units")
-    if not isinstance(units, str | None) or units != wanted.units:
+    if not isinstance(units, str | None) or FORMER_UNITS.get(str(units), units) != wanted.units:
         yield f"variable {_plain(name)} has the units {shown(units)}, not {shown(wanted.units)}"
     for dim, size in held.sizes.items():
         place = f"variable {_plain(name)} has {size} values along {_plain(dim)}"

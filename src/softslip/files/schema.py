@@ -3,7 +3,7 @@
 A table for each stage declares its variables; what must hold between several of them is a rule.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ import xarray as xr
 
 from softslip.errors import DatasetError
 from softslip.files.faults import Schema, Variable, faults, shown
+from softslip.files.quantities import unit_of
 
 ROUNDING = 1e-9
 """Relative difference below which two times are the same."""
@@ -54,36 +55,32 @@ def _records_touch(dataset: xr.Dataset) -> str | None:
     return f"interval[{place}] is {lengths[place]:g}, not the time since the record before"
 
 
-def _length(*dims: str, **others: Any) -> Variable:
-    return Variable(dims, "length unit", **others)
-
-
-def _speed(*dims: str, **others: Any) -> Variable:
-    return Variable(dims, "length unit / time unit", **others)
+def _of(name: str, *dims: str, **others: Any) -> dict[str, Variable]:
+    """Return the variable of a quantity, with the unit that it has in `QUANTITIES`."""
+    return {name: Variable(dims, unit_of(name), **others)}
 
 
 _AXIS = Variable(("axis",), None, "word", words=("x", "y"))
-_NODES_PER_PARTICLE = Variable(("particle",), "1", "count", least=FEWEST_NODES)
-_FILM = _length(unknown=True, least=0.0)
+_NODES_PER_PARTICLE = _of("nodes_per_particle", "particle", kind="count", least=FEWEST_NODES)
 
 PACKING = Schema(
-    "run the packing stage again",
+    "rerun the packing stage",
     {
-        "centre": _length("particle", "axis"),
-        "radius": _length("particle", above=0.0),
-        "final_radius": _length("particle", above=0.0),
+        **_of("centre", "particle", "axis"),
+        **_of("radius", "particle", above=0.0),
+        **_of("final_radius", "particle", above=0.0),
         "axis": _AXIS,
     },
 )
 """Discs, from `simulation.packing`."""
 
 EXPANSION = Schema(
-    "run the expansion stage again",
+    "rerun the expansion stage",
     {
-        "node_position": _length("node", "axis"),
-        "nodes_per_particle": _NODES_PER_PARTICLE,
-        "area": Variable(("particle",), "length unit2", above=0.0),
-        "target_area": Variable(("particle",), "length unit2", above=0.0),
+        **_of("node_position", "node", "axis"),
+        **_NODES_PER_PARTICLE,
+        **_of("area", "particle", above=0.0),
+        **_of("target_area", "particle", above=0.0),
         "axis": _AXIS,
     },
     rules=(_nodes_add_up,),
@@ -91,49 +88,47 @@ EXPANSION = Schema(
 """Membranes, from `simulation.expansion`."""
 
 AGEING = Schema(
-    "run the ageing stage again",
+    "rerun the ageing stage",
     {
-        "node_position": _length("node", "axis"),
-        "tether": Variable(("wall", "wall_node", "axis"), "stress unit"),
-        "wall_displacement": _length("wall"),
-        "nodes_per_particle": _NODES_PER_PARTICLE,
-        "reference_area": Variable(("particle",), "length unit squared", above=0.0),
-        "shear_rate_wall": Variable((), "1 / time unit"),
-        "area_deviation": Variable((), "1", least=0.0),
-        "film_thickness": _FILM,
+        **_of("node_position", "node", "axis"),
+        **_of("tether", "wall", "wall_node", "axis"),
+        **_of("wall_displacement", "wall"),
+        **_NODES_PER_PARTICLE,
+        **_of("reference_area", "particle", above=0.0),
+        **_of("shear_rate_wall"),
+        **_of("area_deviation", least=0.0),
+        **_of("film_thickness", unknown=True, least=0.0),
     },
     rules=(_nodes_add_up,),
 )
 """The state that a shear starts from, from `simulation.hydrodynamics`."""
 
 SHEAR = Schema(
-    "run the shear stage again",
+    "rerun the shear stage",
     {
-        "time": Variable(("time",), "time unit", above=0.0, increasing=True),
-        "interval": Variable(("time",), "time unit", above=0.0),
+        **_of("time", "time", above=0.0, increasing=True),
+        **_of("interval", "time", above=0.0),
         "wall": Variable(("wall",), None, "word", words=("lower", "upper")),
-        "wall_velocity": _speed("time", "wall"),
-        "shear_rate_wall": Variable(("time",), "1 / time unit"),
-        "traction": Variable(("time",), "stress unit"),
-        "stress": Variable(("time",), "stress unit"),
-        "stress_deviation": Variable(("time",), "stress unit", least=0.0),
-        "area_deviation": Variable(("time",), "1", least=0.0),
-        "film_thickness": _length("time", unknown=True, least=0.0),
-        "strain": Variable(("time",), "1"),
-        "wall_distance": _length("wall_distance", least=0.0, increasing=True),
-        "velocity_profile": _speed("profile", "wall_distance"),
-        "profile_time": Variable(("profile",), "time unit", above=0.0, increasing=True),
-        "nodes_per_particle": _NODES_PER_PARTICLE,
-        "shear_rate_bulk": Variable(("time",), "1 / time unit", group="bulk"),
-        "slip_velocity_wall": _speed("time", "wall", group="bulk"),
-        "slip_velocity": _speed("time", group="bulk"),
-        "snapshot_time": Variable(
-            ("snapshot",), "time unit", least=0.0, increasing=True, group="snapshots"
-        ),
-        "node_position": _length("snapshot", "node", "axis", group="snapshots"),
-        "velocity": _speed("snapshot", "field_y", "field_x", "axis", group="snapshots"),
-        "field_x": _length("field_x", least=0.0, increasing=True, group="snapshots"),
-        "field_y": _length("field_y", least=0.0, increasing=True, group="snapshots"),
+        **_of("wall_velocity", "time", "wall"),
+        **_of("shear_rate_wall", "time"),
+        **_of("traction", "time"),
+        **_of("stress", "time"),
+        **_of("stress_deviation", "time", least=0.0),
+        **_of("area_deviation", "time", least=0.0),
+        **_of("film_thickness", "time", unknown=True, least=0.0),
+        **_of("strain", "time"),
+        **_of("wall_distance", "wall_distance", least=0.0, increasing=True),
+        **_of("velocity_profile", "profile", "wall_distance"),
+        **_of("profile_time", "profile", above=0.0, increasing=True),
+        **_NODES_PER_PARTICLE,
+        **_of("shear_rate_bulk", "time", group="bulk"),
+        **_of("slip_velocity_wall", "time", "wall", group="bulk"),
+        **_of("slip_velocity", "time", group="bulk"),
+        **_of("snapshot_time", "snapshot", least=0.0, increasing=True, group="snapshots"),
+        **_of("node_position", "snapshot", "node", "axis", group="snapshots"),
+        **_of("velocity", "snapshot", "field_y", "field_x", "axis", group="snapshots"),
+        **_of("field_x", "field_x", least=0.0, increasing=True, group="snapshots"),
+        **_of("field_y", "field_y", least=0.0, increasing=True, group="snapshots"),
         "axis": Variable(("axis",), None, "word", words=("x", "y"), group="snapshots"),
     },
     groups={"bulk": "recording.bulk_margin", "snapshots": "recording.snapshots"},
@@ -150,26 +145,19 @@ _RUN = Variable((), "1", "word", swept=True)
 _FLAG = Variable((), "1", "flag", swept=True)
 
 
-def _mean(units: str, **others: Any) -> Variable:
+def _mean(name: str, **others: Any) -> dict[str, Variable]:
     """Return a variable with one value a run, unknown unless it is told where it is known."""
-    return Variable((), units, unknown=True, swept=True, **others)
+    return _of(name, unknown=True, swept=True, **others)
 
 
-def _series(name: str, units: str, **others: Any) -> dict[str, Variable]:
+def _with_error(name: str, **others: Any) -> dict[str, Variable]:
+    """Return a variable with one value a run, and its error."""
+    return {**_mean(name, **others), **_mean(f"{name}_error", least=0.0)}
+
+
+def _series(name: str, **others: Any) -> dict[str, Variable]:
     """Return a steady mean with its error and its drift, which is infinite about a mean of 0."""
-    return {
-        name: _mean(units, **others),
-        f"{name}_error": _mean(units, least=0.0),
-        f"{name}_drift": _mean("1", infinite=True),
-    }
-
-
-def _timed(name: str) -> dict[str, Variable]:
-    """Return a time with its error."""
-    return {
-        name: _mean("time unit", above=0.0),
-        f"{name}_error": _mean("time unit", least=0.0),
-    }
+    return {**_with_error(name, **others), **_mean(f"{name}_drift", infinite=True)}
 
 
 FLOW_CURVE = Schema(
@@ -177,20 +165,18 @@ FLOW_CURVE = Schema(
     {
         "status": _STATUS,
         "run_id": _RUN,
-        **_series("shear_rate_wall", "1 / time unit", known_where=DONE),
-        **_series("shear_rate_bulk", "1 / time unit"),
-        **_series("slip_velocity", "length unit / time unit"),
+        **_series("shear_rate_wall", known_where=DONE),
+        **_series("shear_rate_bulk"),
+        **_series("slip_velocity"),
         **dict.fromkeys(("steady_wall", "steady_bulk", "steady_slip", "steady"), _FLAG),
-        "steady_from": _mean("time unit", least=0.0, known_where=DONE),
-        "drift": _mean("1", infinite=True),
-        "shear_stress": _mean("stress unit", known_where=DONE),
-        "shear_stress_error": _mean("stress unit", least=0.0),
-        **_timed("yielding_time"),
+        **_mean("steady_from", least=0.0, known_where=DONE),
+        **_mean("drift", infinite=True),
+        **_with_error("shear_stress", known_where=DONE),
+        **_with_error("yielding_time", above=0.0),
         "yielded": _FLAG,
-        **_timed("slip_time"),
-        "heterogeneity": _mean("1", least=0.0),
-        "heterogeneity_error": _mean("1", least=0.0),
-        "snapshots_used": _mean("1", least=0.0, known_where=DONE),
+        **_with_error("slip_time", above=0.0),
+        **_with_error("heterogeneity", least=0.0),
+        **_mean("snapshots_used", least=0.0, known_where=DONE),
     },
     sweep="status",
     shared=_SHARED,
@@ -202,11 +188,11 @@ CREEP = Schema(
     {
         "status": _STATUS,
         "run_id": _RUN,
-        "time": Variable(("time",), "time unit", above=0.0, increasing=True),
+        **_of("time", "time", above=0.0, increasing=True),
         # Unknown beyond the end of a run that is shorter than others.
-        "shear_rate_wall": Variable(("time",), "1 / time unit", unknown=True, swept=True),
-        "shear_rate_bulk": Variable(("time",), "1 / time unit", unknown=True, swept=True),
-        "slip_velocity": _speed("time", unknown=True, swept=True),
+        **_of("shear_rate_wall", "time", unknown=True, swept=True),
+        **_of("shear_rate_bulk", "time", unknown=True, swept=True),
+        **_of("slip_velocity", "time", unknown=True, swept=True),
     },
     sweep="status",
     shared=_SHARED,
@@ -219,11 +205,11 @@ PROFILES = Schema(
         "status": _STATUS,
         "run_id": _RUN,
         "steady_wall": _FLAG,
-        "normalised_position": Variable(("normalised_position",), "1", least=0.0, increasing=True),
+        **_of("normalised_position", "normalised_position", least=0.0, increasing=True),
         # Unknown where walls stand still, or no mesh line is at a wall.
-        "normalised_velocity": Variable(("normalised_position",), "1", unknown=True, swept=True),
-        "normalised_velocity_error": Variable(
-            ("normalised_position",), "1", unknown=True, least=0.0, swept=True
+        **_of("normalised_velocity", "normalised_position", unknown=True, swept=True),
+        **_of(
+            "normalised_velocity_error", "normalised_position", unknown=True, least=0.0, swept=True
         ),
     },
     sweep="status",
@@ -231,29 +217,30 @@ PROFILES = Schema(
 )
 """Mean velocity profiles, from `analysis.observables.profiles`."""
 
-FLOW_PARAMETERS: Mapping[str, tuple[str, float]] = {
-    "yield_stress": ("stress unit", 0.0),
-    "consistency": ("stress unit * (time unit)^n", 0.0),
-    "flow_index": ("1", 0.0),
-}
-"""Units and smallest value of the parameters of the flow law, in the order of its covariance."""
+FLOW_PARAMETERS = ("yield_stress", "consistency", "flow_index")
+"""Parameters of the flow law, in the order of its covariance; none is below 0."""
 
 
-def _fit(message: str, values: Mapping[str, tuple[str, float]], **others: Any) -> Iterator[Any]:
-    """Yield the names and variables of a fit's parameters and errors; known where it was made."""
-    made = (message, "fitted")
-    for name, (units, least) in values.items():
-        common = {"unknown": True, "swept": True, **others}
-        yield name, Variable((), units, least=least, known_where=made, **common)
+def _fitted(name: str, message: str, prefix: str = "", **others: Any) -> dict[str, Variable]:
+    """Return a fit's parameter and its error; known where the fit was made."""
+    unit = unit_of(name)
+    common: dict[str, Any] = {"unknown": True, "swept": True}
+    return {
+        f"{prefix}{name}": Variable((), unit, known_where=(message, "fitted"), **common, **others),
         # The covariance of points that do not fix a parameter is infinite.
-        yield f"{name}_error", Variable((), units, least=0.0, infinite=True, **common)
+        f"{prefix}{name}_error": Variable(
+            (), unit, **common, **(others | {"least": 0.0, "infinite": True})
+        ),
+    }
 
 
 def _quality(prefix: str, message: str, **others: Any) -> dict[str, Variable]:
     """Return what every fit says of itself."""
     made = (message, "fitted")
     return {
-        f"{prefix}reduced_chi_square": _mean("1", least=0.0, known_where=made, **others),
+        f"{prefix}reduced_chi_square": Variable(
+            (), "1", unknown=True, least=0.0, swept=True, known_where=made, **others
+        ),
         f"{prefix}points": Variable((), "1", "count", least=0.0, swept=True, **others),
         message: Variable((), "1", "word", swept=True, **others),
     }
@@ -262,10 +249,12 @@ def _quality(prefix: str, message: str, **others: Any) -> dict[str, Variable]:
 def _flow_law(prefix: str, **others: Any) -> dict[str, Variable]:
     """Return the variables of a fit of the flow law."""
     message = f"{prefix}fit_message"
-    values = {f"{prefix}{name}": each for name, each in FLOW_PARAMETERS.items()}
+    fitted = {"least": 0.0, **others}
     return {
         **_quality(prefix, message, **others),
-        **dict(_fit(message, values, **others)),
+        **_fitted("yield_stress", message, prefix, **fitted),
+        **_fitted("consistency", message, prefix, **fitted),
+        **_fitted("flow_index", message, prefix, **fitted),
         f"{prefix}covariance": Variable(
             ("parameter", "other_parameter"),
             "products of the parameters' units",
@@ -279,15 +268,9 @@ def _flow_law(prefix: str, **others: Any) -> dict[str, Variable]:
 
 def _slip_law(name: str) -> dict[str, Variable]:
     """Return the variables of a fit of slip velocity over stress."""
-    units = "length unit / time unit / stress unit"
     message = f"{name}_message"
-    return {
-        **_quality(f"{name}_", message),
-        **dict(_fit(message, {name: (units, -np.inf)})),
-    }
+    return {**_quality(f"{name}_", message), **_fitted(name, message)}
 
-
-_PARAMETER_NAMES = tuple(FLOW_PARAMETERS)
 
 FITS = Schema(
     "fit the flow curve again",
@@ -296,8 +279,8 @@ FITS = Schema(
         **_flow_law("pooled_", pooled=("roughness",)),
         **_slip_law("slip_coefficient"),
         **_slip_law("newtonian_slip_coefficient"),
-        "parameter": Variable(("parameter",), None, "word", words=_PARAMETER_NAMES),
-        "other_parameter": Variable(("other_parameter",), None, "word", words=_PARAMETER_NAMES),
+        "parameter": Variable(("parameter",), None, "word", words=FLOW_PARAMETERS),
+        "other_parameter": Variable(("other_parameter",), None, "word", words=FLOW_PARAMETERS),
     },
     sweep="fit_message",
     shared=_SHARED,

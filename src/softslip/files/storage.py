@@ -248,8 +248,8 @@ def read_dataset(path: Path, *, stage: str, run: str | None = None) -> xr.Datase
     # What the library raises for a damaged file has no common base; AttributeError is among it.
     except Exception as error:
         raise DatasetError(
-            f"{name}: cannot be read ({_reason(error)}); if it is a result, delete it and run the "
-            f"{stage} stage again"
+            f"{name}: cannot be read ({_reason(error)}); if it is a result, delete it and rerun "
+            f"the {stage} stage"
         ) from error
     for key, wanted in (("stage", stage), ("run", run)):
         found = dataset.attrs.get(key)

@@ -15,6 +15,7 @@ import xarray as xr
 
 from softslip.config.parameters import Parameters
 from softslip.errors import ExpansionError
+from softslip.files.quantities import described
 from softslip.simulation.contour import (
     ContourReport,
     centroid,
@@ -199,28 +200,12 @@ def _dataset(
     report: ContourReport,
     contact_length: float,
 ) -> xr.Dataset:
-    return xr.Dataset(
+    dataset = xr.Dataset(
         {
-            "node_position": (
-                ("node", "axis"),
-                position,
-                {"units": "length unit", "long_name": "membrane node in the channel frame"},
-            ),
-            "nodes_per_particle": (
-                "particle",
-                np.diff(offsets),
-                {"units": "1", "long_name": "number of nodes of each membrane"},
-            ),
-            "area": (
-                "particle",
-                signed_areas(position, offsets),
-                {"units": "length unit2", "long_name": "area of the polygon of each membrane"},
-            ),
-            "target_area": (
-                "particle",
-                target,
-                {"units": "length unit2", "long_name": "wanted area of each membrane"},
-            ),
+            "node_position": (("node", "axis"), position),
+            "nodes_per_particle": ("particle", np.diff(offsets)),
+            "area": ("particle", signed_areas(position, offsets)),
+            "target_area": ("particle", target),
         },
         coords={"axis": ("axis", ["x", "y"], {"long_name": "component of a vector"})},
         attrs={
@@ -230,3 +215,4 @@ def _dataset(
             "smallest_distance_over_contact_length": report.smallest_distance / contact_length,
         },
     )
+    return described(dataset)

@@ -7,8 +7,9 @@ import numpy as np
 import xarray as xr
 
 from softslip.config.parameters import Parameters
+from softslip.files.quantities import described
 from softslip.simulation.assembly import assemble, layout_of, mean_flow
-from softslip.simulation.record import Observer, Recorder, described
+from softslip.simulation.record import Observer, Recorder
 from softslip.simulation.trajectory import Advanced, Effort, Progress, Watch, advance, ignore
 from softslip.solver.geometry import FloatArray, Layout
 from softslip.solver.state import State

@@ -20,6 +20,7 @@ import xarray as xr
 
 from softslip.config.parameters import Parameters
 from softslip.errors import PackingError
+from softslip.files.quantities import described
 from softslip.simulation.contour import wall_clearance
 from softslip.simulation.sample import particle_radii, wall_contour
 from softslip.solver.geometry import FloatArray, WallContour, wall_positions
@@ -317,23 +318,14 @@ def _tail(log: Path) -> str:
 
 
 def _dataset(centre: FloatArray, radius: FloatArray, final_radius: FloatArray) -> xr.Dataset:
-    def length(description: str) -> dict[str, str]:
-        return {"units": "length unit", "long_name": description}
-
-    return xr.Dataset(
-        {
-            "centre": (
-                ("particle", "axis"),
-                centre,
-                length("disc centre in the channel frame"),
-            ),
-            "radius": ("particle", radius, length("disc radius in the packing")),
-            "final_radius": (
-                "particle",
-                final_radius,
-                length("radius of a disc of the particle's final area"),
-            ),
-        },
-        coords={"axis": ("axis", ["x", "y"], {"long_name": "component of a vector"})},
-        attrs={"discs": len(centre)},
+    return described(
+        xr.Dataset(
+            {
+                "centre": (("particle", "axis"), centre),
+                "radius": ("particle", radius),
+                "final_radius": ("particle", final_radius),
+            },
+            coords={"axis": ("axis", ["x", "y"], {"long_name": "component of a vector"})},
+            attrs={"discs": len(centre)},
+        )
     )

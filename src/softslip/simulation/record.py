@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 
 from softslip.config.parameters import Parameters
+from softslip.files.quantities import described
 from softslip.simulation.arrays import below, under
 from softslip.solver.chains import Subdivision
 from softslip.solver.geometry import LOWER, UPPER, BoolArray, FloatArray, IntArray, Layout
@@ -176,48 +177,6 @@ class _Mean:
         means = {name: area / width for name, area in self._integral.items()}
         self._start, self._integral = self._time, {}
         return means
-
-
-ATTRIBUTES: dict[str, tuple[str, str]] = {
-    "time": ("time unit", "time since the stage began, at the end of the record's interval"),
-    "interval": ("time unit", "length of the interval that a record is the mean of"),
-    "wall_velocity": ("length unit / time unit", "velocity of each wall along x"),
-    "shear_rate_wall": ("1 / time unit", "apparent shear rate, relative wall speed over H"),
-    "shear_rate_bulk": ("1 / time unit", "true shear rate, slope of the mean velocity profile"),
-    "slip_velocity": ("length unit / time unit", "slip velocity, mean of both walls"),
-    "slip_velocity_wall": ("length unit / time unit", "slip velocity at each wall"),
-    "traction": ("stress unit", "mean traction on the upper wall"),
-    "stress": ("stress unit", "shear stress that the packing carries"),
-    "stress_deviation": ("stress unit", "largest deviation of the x-averaged stress in the gap"),
-    "area_deviation": ("1", "largest relative change of any particle's area"),
-    "film_thickness": ("length unit", "smallest distance between nodes of two bodies"),
-    "strain": ("1", "relative wall displacement over H since ageing began"),
-    "velocity_profile": ("length unit / time unit", "x-averaged velocity along x"),
-    "wall_distance": ("length unit", "height above the flat part of the lower wall"),
-    "profile_time": ("time unit", "end of the interval that a profile is the mean of"),
-    "snapshot_time": ("time unit", "time of the snapshot since the stage began"),
-    "node_position": (
-        "length unit",
-        "node positions, particle by particle and then, if given, the walls'",
-    ),
-    "tether": ("stress unit", "tractions that hold the wall nodes"),
-    "wall_displacement": ("length unit", "displacement of each wall along x since ageing began"),
-    "reference_area": ("length unit squared", "area that each particle keeps"),
-    "velocity": ("length unit / time unit", "fluid velocity"),
-    "field_x": ("length unit", "position along the flow"),
-    "field_y": ("length unit", "height above the flat part of the lower wall"),
-    "nodes_per_particle": ("1", "number of nodes of each membrane"),
-}
-"""Units and long name of every variable that a run writes."""
-
-
-def described(dataset: xr.Dataset) -> xr.Dataset:
-    """Return the dataset with units and long names from `ATTRIBUTES` on its variables."""
-    for name, variable in dataset.variables.items():
-        if str(name) in ATTRIBUTES:
-            units, long_name = ATTRIBUTES[str(name)]
-            variable.attrs.update(units=units, long_name=long_name)
-    return dataset
 
 
 class Recorder:

@@ -31,7 +31,7 @@ def parameters_of(run: xr.Dataset) -> Parameters:
     except (KeyError, json.JSONDecodeError, ConfigError) as error:
         raise DatasetError(
             f"run {run.attrs.get('run', '?')}: its attribute 'parameters' cannot be read "
-            f"({error}); run the shear stage again"
+            f"({error}); rerun the shear stage"
         ) from error
 
 

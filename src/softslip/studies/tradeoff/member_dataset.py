@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from softslip.errors import SoftslipError
-from softslip.simulation.record import ATTRIBUTES
+from softslip.files.quantities import QUANTITIES as OF_DATASETS
 from softslip.solver.geometry import FloatArray
 from softslip.studies.interval_means import QUANTITIES
 from softslip.studies.meanings import attributes
@@ -168,7 +168,7 @@ def _described(
     edges = design.interval * np.arange(long_window + 1.0)
     variables: dict[str, Any] = {
         **{
-            name: ((*scene, "time"), series[name], attributes(*ATTRIBUTES[name]))
+            name: ((*scene, "time"), series[name], OF_DATASETS[name].attributes)
             for name in QUANTITIES
         },
         **{name: (scene, counts[name], attributes(*COUNTS[name])) for name in COUNTS},

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from softslip.config.parameters import Parameters
-from softslip.simulation.record import described
+from softslip.files.quantities import described
 from softslip.solver.geometry import FloatArray
 from softslip.studies import scenes
 from softslip.studies.boxes import merged

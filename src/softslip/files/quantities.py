@@ -1,0 +1,107 @@
+"""The quantities of datasets: the unit and the meaning of each name, once.
+
+Schemas and datasets refer to this table. Parameters of a run have theirs in `config`. CF has no
+standard names for what is simulated here; how files spell units is up to `files.conventions`.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import xarray as xr
+
+LENGTH, TIME, STRESS, RATE = "length unit", "time unit", "stress unit", "1 / time unit"
+SPEED, AREA = "length unit / time unit", "length unit squared"
+
+
+class DatasetQuantity(NamedTuple):
+    """Unit and meaning of a quantity; they are its attributes ``units`` and ``long_name``."""
+
+    unit: str
+    meaning: str
+
+    @property
+    def attributes(self) -> dict[str, str]:
+        """The attributes of a variable of this quantity."""
+        return {"units": self.unit, "long_name": self.meaning}
+
+
+QUANTITIES: Mapping[str, DatasetQuantity] = {
+    name: DatasetQuantity(unit, meaning)
+    for name, unit, meaning in (
+        # Packing and expansion.
+        ("centre", LENGTH, "disc centre in the channel frame"),
+        ("radius", LENGTH, "disc radius in the packing"),
+        ("final_radius", LENGTH, "radius of a disc of the particle's final area"),
+        ("nodes_per_particle", "1", "number of nodes of each membrane"),
+        ("area", AREA, "area of the polygon of each membrane"),
+        ("target_area", AREA, "area that each membrane was grown to"),
+        # States.
+        ("node_position", LENGTH, "position of nodes, membrane by membrane, then the walls'"),
+        ("tether", STRESS, "tractions that hold the wall nodes"),
+        ("wall_displacement", LENGTH, "displacement of each wall along x since ageing began"),
+        ("reference_area", AREA, "area that each particle keeps"),
+        # Records.
+        ("time", TIME, "time since the stage began, at the end of the record's interval"),
+        ("interval", TIME, "length of the interval that a record is the mean of"),
+        ("wall_velocity", SPEED, "velocity of each wall along x"),
+        ("shear_rate_wall", RATE, "apparent shear rate, relative wall speed over H"),
+        ("shear_rate_bulk", RATE, "true shear rate, slope of the mean velocity profile"),
+        ("slip_velocity", SPEED, "slip velocity, mean of both walls"),
+        ("slip_velocity_wall", SPEED, "slip velocity at each wall"),
+        ("traction", STRESS, "mean traction on the upper wall"),
+        ("stress", STRESS, "shear stress that the packing carries"),
+        ("stress_deviation", STRESS, "largest deviation of the x-averaged stress in the gap"),
+        ("area_deviation", "1", "largest relative change of any particle's area"),
+        ("film_thickness", LENGTH, "smallest distance between nodes of two bodies"),
+        ("strain", "1", "relative wall displacement over H since ageing began"),
+        # Profiles and snapshots.
+        ("velocity_profile", SPEED, "x-averaged velocity along x"),
+        ("wall_distance", LENGTH, "height above the flat part of the lower wall"),
+        ("profile_time", TIME, "end of the interval that a profile is the mean of"),
+        ("snapshot_time", TIME, "time of the snapshot since the stage began"),
+        ("velocity", SPEED, "fluid velocity"),
+        ("field_x", LENGTH, "position along the flow"),
+        ("field_y", LENGTH, "height above the flat part of the lower wall"),
+        # The flow curve.
+        ("drift", "1", "largest relative change over the window"),
+        ("shear_stress", STRESS, "mean shear stress of the packing"),
+        ("steady_from", TIME, "start of the window of the averages"),
+        ("yielding_time", TIME, "time of the least bulk shear rate"),
+        ("slip_time", TIME, "time of half the steady slip velocity"),
+        ("heterogeneity", "1", "heterogeneity of the bulk flow"),
+        ("snapshots_used", "1", "number of snapshots averaged"),
+        ("normalised_position", "1", "distance from the lower wall over the wall separation"),
+        ("normalised_velocity", "1", "velocity from that of the lower to that of the upper wall"),
+        # Laws.
+        ("yield_stress", STRESS, "yield stress"),
+        ("consistency", "stress unit * (time unit)^n", "consistency"),
+        ("flow_index", "1", "flow index"),
+        ("slip_coefficient", "length unit / time unit / stress unit", "slip over excess stress"),
+        ("newtonian_slip_coefficient", "length unit / time unit / stress unit", "slip over stress"),
+    )
+}
+"""Every quantity of the chain and of the datasets over its runs, by its name there."""
+
+FORMER_UNITS: Mapping[str, str] = {"length unit2": AREA}
+"""Units as files from before this table spell them."""
+
+
+def unit_of(name: str) -> str:
+    """Return the unit of a quantity, of its standard error (``_error``) or its ``_drift``.
+
+    Raises
+    ------
+    KeyError
+        When there is no such quantity.
+    """
+    if name.endswith("_drift"):
+        return "1"
+    return QUANTITIES[name.removesuffix("_error")].unit
+
+
+def described(dataset: xr.Dataset) -> xr.Dataset:
+    """Return the dataset with unit and meaning at each of its variables that is a quantity."""
+    for name, variable in dataset.variables.items():
+        if name in QUANTITIES:
+            variable.attrs.update(QUANTITIES[str(name)].attributes)
+    return dataset

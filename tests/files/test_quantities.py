@@ -1,0 +1,54 @@
+"""One table says the unit and the meaning of every quantity."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from softslip.files.faults import faults
+from softslip.files.quantities import FORMER_UNITS, QUANTITIES, described, unit_of
+from softslip.files.schema import SCHEMAS
+
+
+@pytest.mark.parametrize("stage", SCHEMAS)
+def test_a_quantity_has_one_unit_in_all_schemas(stage):
+    for name, variable in SCHEMAS[stage].variables.items():
+        if name.removesuffix("_error") in QUANTITIES:
+            assert variable.units == unit_of(name)
+        else:
+            assert variable.units in (None, "1", "products of the parameters' units") or (
+                name.startswith("pooled_")
+            ), name
+
+
+def test_errors_have_the_unit_of_what_they_are_of_and_drifts_none():
+    assert unit_of("slip_velocity_error") == unit_of("slip_velocity") == "length unit / time unit"
+    assert unit_of("slip_velocity_drift") == "1"
+    with pytest.raises(KeyError):
+        unit_of("speed_of_sound")
+
+
+def test_only_quantities_are_described():
+    dataset = described(xr.Dataset({"area": ("particle", [1.0]), "other": ("particle", [2.0])}))
+    assert dataset["area"].attrs == QUANTITIES["area"].attributes
+    assert dataset["other"].attrs == {}
+
+
+@pytest.mark.parametrize("former", FORMER_UNITS)
+def test_files_with_a_former_spelling_are_read(former):
+    schema = SCHEMAS["expansion"]
+    dataset = described(
+        xr.Dataset(
+            {
+                "node_position": (("node", "axis"), np.zeros((3, 2))),
+                "nodes_per_particle": ("particle", [3]),
+                "area": ("particle", [1.0]),
+                "target_area": ("particle", [1.0]),
+            },
+            coords={"axis": ("axis", ["x", "y"], {"long_name": "component of a vector"})},
+        )
+    )
+    assert not list(faults(dataset, schema))
+    dataset["area"].attrs["units"] = former
+    assert not list(faults(dataset, schema))
+    dataset["area"].attrs["units"] = "length unit cubed"
+    assert any("area has the units" in fault for fault in faults(dataset, schema))
