@@ -20,7 +20,7 @@ rule gather:
         f"../{ENVIRONMENT}"
     params:
         fingerprint=fingerprint("gather"),
-        scenario=SOURCE,
+        scenario=not_counted(SOURCE),
         results=lambda wildcards, output: os.path.dirname(output[0]),
         # A run that leaves the scenario leaves the dataset.
         runs=sorted(TABLES["shear"]),

@@ -2,8 +2,8 @@
 
 import atexit
 import os
+import re
 import sys
-import time
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -18,7 +18,8 @@ from softslip.operations.leftovers import remove
 from softslip.config.stages import STAGES
 from softslip.operations.status import scenario_status
 from softslip.config.scenario import load_scenario
-from softslip.provenance.timestamps import keep_in_order
+from softslip.provenance.scenario_file import refuse_other_file
+from softslip.provenance.timestamps import put_in_order
 
 min_version("9.0")
 
@@ -35,6 +36,14 @@ if unknown:
         f"--config {unknown[0]}: is no setting of this workflow; put parameters into a "
         "scenario file and choose it with --config scenario=NAME, or a study of the numerics with "
         "--config numerics=NAME; the seconds between two checkpoints are --config checkpoint=60"
+    )
+
+# Snakemake keeps the last of several --config, and what the others said would be lost.
+given = [word.partition("=")[0] in ("--config", "-C") for word in sys.argv[1:]]
+if workflow.is_main_process and sum(given) > 1:
+    raise WorkflowError(
+        "--config: is given more than once, and Snakemake would only keep the last; give all "
+        "settings after one: --config scenario=NAME checkpoint=60"
     )
 
 # The name of a file in config/ without its suffix, or the path of a .yaml file anywhere.
@@ -59,25 +68,41 @@ if (
 
 RESULTS = f"results/{SCENARIO.name}"
 
+
+def located(path):
+    """Return where a path of the rules is: a module may be given a prefix for all of them."""
+    return workflow.modifier.path_modifier.replace_prefix(path)
+
+
+PLACE = Path(located(RESULTS))
+
+try:
+    refuse_other_file(SCENARIO, PLACE)
+except ConfigError as error:
+    raise WorkflowError(str(error)) from None
+
+# Snakemake tells by times what is out of date, which copies and archives do not keep.
+if workflow.is_main_process:
+    put_in_order(PLACE)
+
 # Snakemake's own lock is a file that outlives a killed process (profiles/default leaves it out).
-# This one is freed by the system, so that the same command starts again at once.
+# This one is freed by the system, so that the same command starts again at once. A workflow that
+# has this one as a module calls `onstart` and `onsuccess` from its own, see config/README.md.
 ALONE = ExitStack()
 atexit.register(ALONE.close)
-BEGUN = time.time()
 
 
 onstart:
     try:
-        ALONE.enter_context(run_lock(Path(RESULTS), "workflow"))
+        ALONE.enter_context(run_lock(PLACE, "workflow"))
     except SoftslipError as error:
-        raise WorkflowError(f"{RESULTS}: {error}") from None
+        raise WorkflowError(f"{PLACE}: {error}") from None
 
 
 # Only now does Snakemake hold every result for complete: what made them is of no more use.
 onsuccess:
-    for _ in remove(Path(RESULTS), scenario_status(SCENARIO, Path(RESULTS)).leftovers(), print):
+    for _ in remove(PLACE, scenario_status(SCENARIO, PLACE).leftovers(), print):
         pass
-    keep_in_order(Path(RESULTS), BEGUN)
 
 
 ENVIRONMENT = "envs/softslip.yaml"
@@ -94,12 +119,60 @@ wildcard_constraints:
     run="[0-9a-f]{16}",
 
 
+def run_of(stage, wildcards):
+    """Return the run of a stage that a file's name asks for."""
+    try:
+        return TABLES[stage][wildcards.run]
+    except KeyError:
+        raise WorkflowError(no_such_run(stage, wildcards.run)) from None
+
+
+def no_such_run(stage, run):
+    """Say that the scenario has no such run."""
+    return (
+        f"{stage} {run}: is no run of scenario {SCENARIO.name}; list them with: "
+        f"softslip runs {SOURCE}"
+    )
+
+
+# What is asked for on the command line is looked at before Snakemake does, whose own errors on
+# what functions of rules raise are tracebacks.
+ASKED_RUN = re.compile(
+    rf"{re.escape(str(PLACE))}/(\w+|figures/snapshots)/([0-9a-f]{{16}})\.(nc|png)"
+)
+
+
+def in_folder(word, folder):
+    """Whether a word of the command line is a file in a folder."""
+    return bool(word) and os.path.relpath(word).startswith(f"{folder}/")
+
+
+for word in sys.argv[1:]:
+    asked = ASKED_RUN.fullmatch(os.path.relpath(word)) if word else None
+    if asked:
+        asked_stage = "shear" if asked[3] == "png" else asked[1]
+        if asked[2] not in TABLES.get(asked_stage, [asked[2]]):
+            raise WorkflowError(no_such_run(asked_stage, asked[2]))
+
+
+def not_counted(value):
+    """Return a params function: a value on which no result depends, such as a file's spelling.
+
+    It takes the output because Snakemake then does not rerun jobs whose value differs.
+    """
+
+    def constant(wildcards, output):
+        return value
+
+    return constant
+
+
 def parent_of(stage):
     """Return an input function: the file of the stage before."""
     before = STAGES[STAGES.index(stage) - 1]
 
     def parent(wildcards):
-        return f"{RESULTS}/{before}/{TABLES[stage][wildcards.run].parent}.nc"
+        return f"{RESULTS}/{before}/{run_of(stage, wildcards).parent}.nc"
 
     return parent
 
@@ -112,7 +185,7 @@ def parameters_of(stage):
     """
 
     def parameters(wildcards, output):
-        return TABLES[stage][wildcards.run].parameters.model_dump_json()
+        return run_of(stage, wildcards).parameters.model_dump_json()
 
     return parameters
 

@@ -16,7 +16,7 @@ rule packing:
         f"../{ENVIRONMENT}"
     threads: 1
     params:
-        scenario=SOURCE,
+        scenario=not_counted(SOURCE),
         fingerprint=fingerprint("packing"),
         parameters=parameters_of("packing"),
     message:
@@ -39,7 +39,7 @@ rule expansion:
         f"../{ENVIRONMENT}"
     threads: 1
     params:
-        scenario=SOURCE,
+        scenario=not_counted(SOURCE),
         fingerprint=fingerprint("expansion"),
         parameters=parameters_of("expansion"),
     message:
@@ -64,10 +64,10 @@ rule ageing:
         f"../{ENVIRONMENT}"
     threads: 1
     params:
-        scenario=SOURCE,
+        scenario=not_counted(SOURCE),
         fingerprint=fingerprint("ageing"),
         parameters=parameters_of("ageing"),
-        interval=CHECKPOINT_INTERVAL,
+        interval=not_counted(CHECKPOINT_INTERVAL),
     message:
         "Ageing at zero stress ({wildcards.run})"
     shell:
@@ -91,10 +91,10 @@ rule shear:
         f"../{ENVIRONMENT}"
     threads: 1
     params:
-        scenario=SOURCE,
+        scenario=not_counted(SOURCE),
         fingerprint=fingerprint("shear"),
         parameters=parameters_of("shear"),
-        interval=CHECKPOINT_INTERVAL,
+        interval=not_counted(CHECKPOINT_INTERVAL),
     message:
         "Shearing ({wildcards.run})"
     shell:

@@ -5,11 +5,11 @@ from softslip.files.products import FIGURES
 STUDY = str(config.get("numerics", "full"))
 NUMERICS = f"results/numerics/{STUDY}"
 
+# What was not asked for need not be there: scenarios may be run from any folder, or as a module.
 studies = sorted(glob_wildcards("config/numerics/{study,[A-Za-z0-9_-]+}.yaml").study)
-if STUDY not in studies:
-    raise WorkflowError(
-        f"--config numerics={STUDY}: is no file in config/numerics; use one of {', '.join(studies)}"
-    )
+if "numerics" in config and STUDY not in studies:
+    remedy = f"use one of {', '.join(studies)}" if studies else "change to the project's folder"
+    raise WorkflowError(f"--config numerics={STUDY}: is no file in config/numerics; {remedy}")
 
 
 wildcard_constraints:
@@ -24,6 +24,11 @@ def study():
         return load_study(STUDY)
     except ConfigError as error:
         raise WorkflowError(str(error)) from None
+
+
+# Refused before Snakemake calls the functions of rules, whose errors it shows as tracebacks.
+if any(word.endswith("numerics") or in_folder(word, located(NUMERICS)) for word in sys.argv[1:]):
+    study()
 
 
 def validations(wildcards):

@@ -52,12 +52,14 @@ def plan(
     Counted are the stages of the runs; the tables and figures made from them take seconds each.
     """
     from softslip.operations.plan import make_plan
+    from softslip.provenance.scenario_file import refuse_other_file
 
     scenario, results = scenario_of(scenario, results)
     with uncollected():
         loaded = load_scenario(scenario)
         other = None if against is None else load_scenario(against)
         folder = results or Path("results") / loaded.name
+        refuse_other_file(loaded, folder)
         made = make_plan(loaded, folder, other)
     if as_json:
         print(json.dumps(_as_mapping(loaded, folder, made, other, cores)))

@@ -20,6 +20,7 @@ from softslip.files.products import FITS, TABLES
 from softslip.files.storage import read_dataset, write_dataset
 from softslip.provenance.attribution import Job
 from softslip.provenance.fingerprints import fingerprint
+from softslip.provenance.scenario_file import NOTED, noted_file, refuse_other_file
 
 app = typer.Typer()
 
@@ -49,9 +50,11 @@ def gather(
     check_table(table)
     scenario, results = scenario_of(scenario, results)
     loaded = load_scenario(scenario)
+    refuse_other_file(loaded, output.parent)
     gathered, parents = gather_table(table, _finished(loaded, results))
     labelled = gathered.assign_attrs(
-        parameters=loaded.as_json(), **Job().labels(parents, fingerprint=fingerprint("gather"))
+        parameters=loaded.as_json(),
+        **Job().labels(parents, fingerprint=fingerprint("gather"), **{NOTED: noted_file(loaded)}),
     )
     write_dataset(labelled, output, stage=table, run=loaded.name, title=f"{table} of {loaded.name}")
 

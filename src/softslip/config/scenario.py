@@ -5,7 +5,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
 from pathlib import Path
@@ -112,6 +112,8 @@ class Scenario:
         Parameters of the first run: the file's base, with each axis at its first value.
     axes
         In the order of the file; the last one varies fastest.
+    file
+        The file itself, as it was opened.
     """
 
     name: str
@@ -119,6 +121,7 @@ class Scenario:
     tree: Mapping[str, Any]
     base: Parameters
     axes: tuple[Axis, ...]
+    file: Path = field(compare=False)
 
     def runs(self) -> tuple[SweepPoint, ...]:
         """Return the run of every combination of the axes' values.
@@ -184,7 +187,7 @@ def load_scenario(name_or_path: str) -> Scenario:
     path = _scenario_path(name_or_path)
     tree = read_mapping(path)
     try:
-        return _scenario(path.stem, tree)
+        return _scenario(path, tree)
     except ConfigError as error:
         raise in_file(path, error) from None
 
@@ -213,7 +216,7 @@ def _scenario_path(name_or_path: str) -> Path:
     return path
 
 
-def _scenario(name: str, tree: Mapping[Any, Any]) -> Scenario:
+def _scenario(file: Path, tree: Mapping[Any, Any]) -> Scenario:
     for key, value in tree.items():
         if key not in ("description", "base", "axes"):
             raise ConfigError(
@@ -243,7 +246,7 @@ def _scenario(name: str, tree: Mapping[Any, Any]) -> Scenario:
             "axes", count, f"runs are more than {MOST_RUNS}", "shorten an axis or leave one out"
         )
     first = _combined(base, axes, tuple(axis.values[0] for axis in axes))
-    scenario = Scenario(name, sentence, base, first, axes)
+    scenario = Scenario(file.stem, sentence, base, first, axes, file)
     scenario.runs()
     return scenario
 

@@ -8,3 +8,14 @@ FIGURE = "figure"
 
 CHECKPOINTS = "checkpoints"
 """Folder of checkpoints and locks, beside the datasets of a stage."""
+
+
+def benchmark_of(name: str) -> str:
+    """Return where Snakemake notes what the job that made a result took.
+
+    Parameters
+    ----------
+    name
+        Path of the result in the folder of the results, with slashes.
+    """
+    return f"benchmarks/{name.rpartition('.')[0]}.tsv"

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from softslip.config.stages import STAGES
-from softslip.files.layout import DATASET, FIGURE
+from softslip.files.layout import DATASET, FIGURE, benchmark_of
 
 if TYPE_CHECKING:
     from softslip.config.scenario import Scenario
@@ -212,7 +212,7 @@ class ExpectedResult:
     @property
     def benchmark(self) -> str:
         """Where Snakemake notes what the job took, in the folder of the results."""
-        return f"benchmarks/{self.name.rpartition('.')[0]}.tsv"
+        return benchmark_of(self.name)
 
 
 def expected_results(scenario: "Scenario") -> Iterator[ExpectedResult]:

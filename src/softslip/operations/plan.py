@@ -2,9 +2,10 @@
 
 What there is to do follows from the datasets, by the rules that Snakemake has (`tests/workflow`
 compares it with dry runs): a run of a stage is done if its dataset is missing and somebody needs
-it, if other code made it, or if its parent is rerun or is newer. Snakemake compares with its own
-records in ``.snakemake``; here the datasets themselves are asked, so that results that were copied
-without these records count too, and thousands of runs take a second. Nothing here writes.
+it, if other code made it, or if its parent is rerun or is not what it was made from. Snakemake
+compares with its own records in ``.snakemake`` and with times, which `provenance.timestamps` puts
+in order for it; here the datasets themselves are asked, so that results that were copied without
+these records and times count too, and thousands of runs take a second. Nothing here writes.
 """
 
 import json
@@ -18,6 +19,7 @@ from softslip.config.scenario import Scenario, StageRun
 from softslip.config.stages import STAGES
 from softslip.errors import DatasetError
 from softslip.files.labels import text_attributes
+from softslip.files.storage import CONTENT_DIGEST
 from softslip.operations.costs import Correction, Costs, Estimate, Measured, shipped
 from softslip.operations.listing import ListedFile
 from softslip.operations.schedule import (
@@ -36,16 +38,30 @@ from softslip.provenance.fingerprints import fingerprint
 ENOUGH = 100
 """Finished runs of a stage that an estimate is corrected by: more do not make it better."""
 
+ORIGIN = ("provenance", "stage", "run", "parents")
+"""Labels that say which run a dataset is, and what it was made from."""
+
 Tables = Mapping[str, Mapping[str, StageRun]]
 """Runs by their names, by stage."""
 
 
 class _Dataset(NamedTuple):
-    """A dataset and how it was made; ``code`` is None where no stage could read it."""
+    """A dataset and how it was made; ``code`` is None where no stage could read it.
+
+    The digests of what it holds and of what it was made from are empty where it does not say them.
+    """
 
     file: ListedFile
     code: str | None
     core_seconds: float
+    content: str = ""
+    parent: str = ""
+
+    def is_outdated_by(self, parent: "_Dataset") -> bool:
+        """Whether its parent is not what it was made from; times tell where digests do not."""
+        if self.parent and parent.content:
+            return self.parent != parent.content
+        return parent.file.changed > self.file.changed
 
 
 def make_plan(
@@ -104,14 +120,16 @@ def make_plan(
 def _dataset(file: ListedFile, stage: str, run: str) -> _Dataset:
     """Return how a dataset was made, without code where no stage could read it."""
     try:
-        labels = text_attributes(file.path, ("provenance", "stage", "run"))
+        labels = text_attributes(file.path, (*ORIGIN, CONTENT_DIGEST))
+        parents = [str(each[CONTENT_DIGEST]) for each in json.loads(labels.get("parents", "[]"))]
         origin = json.loads(labels.get("provenance", "{}"))
         code, seconds = str(origin.get("fingerprint", "")), float(origin.get("core_seconds", 0.0))
-    except (DatasetError, ValueError, TypeError, AttributeError):
+    except (DatasetError, ValueError, TypeError, AttributeError, LookupError):
         return _Dataset(file, None, 0.0)
     if (labels.get("stage"), labels.get("run")) != (stage, run):
         return _Dataset(file, None, 0.0)
-    return _Dataset(file, code, seconds)
+    content, parent = labels.get(CONTENT_DIGEST, ""), parents[0] if parents else ""
+    return _Dataset(file, code, seconds, content, parent)
 
 
 def _reasons(tables: Tables, datasets: Mapping[Key | None, _Dataset]) -> dict[Key, Reason]:
@@ -132,8 +150,8 @@ def _reasons(tables: Tables, datasets: Mapping[Key | None, _Dataset]) -> dict[Ke
                 reasons[key] = Reason.DAMAGED
             elif datasets[key].code != fingerprint(stage):
                 reasons[key] = Reason.CHANGED
-            elif before in datasets and datasets[before].file.changed > datasets[key].file.changed:
-                reasons[key] = Reason.NEWER
+            elif before in datasets and datasets[key].is_outdated_by(datasets[before]):
+                reasons[key] = Reason.REPLACED
             if key in reasons and before is not None and before not in datasets:
                 reasons[before] = Reason.MISSING
     for stage in STAGES:

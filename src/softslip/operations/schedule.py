@@ -38,7 +38,7 @@ class Reason(StrEnum):
     MISSING = "missing"
     CHANGED = "code changed"
     PARENT = "parent rerun"
-    NEWER = "parent newer"
+    REPLACED = "parent changed"
     DAMAGED = "unreadable"
 
 

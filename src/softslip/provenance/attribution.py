@@ -91,6 +91,7 @@ class Job:
         threads: int = 1,
         restarts: int = 0,
         core_seconds: float | None = None,
+        **more: str,
     ) -> dict[str, Any]:
         """Return all that differs between two runs of the same thing.
 
@@ -104,6 +105,8 @@ class Job:
             Of the run; a seed of None is that of something without.
         core_seconds
             Processor time, of earlier attempts too; by default that of this process.
+        more
+            What else is worth noting, by its name.
         """
         spent = time.process_time() if core_seconds is None else core_seconds
         found: dict[str, Any] = {
@@ -116,6 +119,7 @@ class Job:
             "threads": threads,
             **code(),
             **machine(),
+            **more,
         }
         return found if seed is None else found | {"seed": seed}
 
