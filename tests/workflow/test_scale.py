@@ -95,15 +95,12 @@ class Project:
         return self
 
     def _record(self, path: Path, stage: str, code: str, inputs: list[str]) -> None:
-        params: list[object] = ["scale", code]
-        if stage in ("ageing", "shear"):
-            params.append(60)
         words = {
             "rule": stage,
             "input": inputs,
             "log": [],
             "shellcmd": "",
-            "params": sorted(map(repr, params)),
+            "params": [repr(code)],
             "code": None,
             "record_format_version": FORMAT,
             "incomplete": False,
