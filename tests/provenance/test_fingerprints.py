@@ -55,7 +55,7 @@ TABLE = [
     (FLOWING, "solver.mobility.outside solver.mobility.quadrature solver.mobility.rest"),
     (FLOWING, "solver.mobility.transform solver.mobility.window solver.rheometer"),
     (FLOWING, "solver.splitting solver.state solver.stepper_memory solver.steric"),
-    (FLOWING, "solver.health solver.suspension solver.transfer"),
+    (FLOWING, "solver.health solver.step_limits solver.suspension solver.transfer"),
     (f"ageing shear {STARTED}", "simulation.hydrodynamics simulation.record"),
     (f"ageing shear {STARTED}", "solver.mobility.profile"),
     ("shear tradeoff", "simulation.arrays"),
@@ -204,7 +204,7 @@ class Reworded(ast.NodeTransformer):
         return node
 
     def visit_Call(self, node):
-        if ast.unparse(node.func).endswith(("Error", "_refuse", "_too_thin")):
+        if ast.unparse(node.func).endswith(("Error", "refuse", "_too_thin")):
             self._reword(node)
         return self.generic_visit(node)
 

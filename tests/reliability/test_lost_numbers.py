@@ -46,15 +46,15 @@ def scene(aged, given) -> tuple[Any, Any]:
     return equations, hydrodynamics._aged_state(aged, equations.layout)
 
 
-def advance(scene, given, keep: Callable[..., None] = trajectory.ignore) -> trajectory.Advanced:
+def advance(scene, given, save: Callable[..., None] = trajectory.ignore) -> trajectory.Advanced:
     equations, state = scene
     stops = np.linspace(0.0, 0.05, 11)[1:]
-    return trajectory.advance(equations, state, stops, given, trajectory.Watch(keep=keep))
+    return trajectory.advance(equations, state, stops, given, trajectory.Callbacks(save=save))
 
 
-def refused(scene, given, keep: Callable[..., None] = trajectory.ignore) -> NumericalError:
+def refused(scene, given, save: Callable[..., None] = trajectory.ignore) -> NumericalError:
     with pytest.raises(NumericalError) as caught:
-        advance(scene, given, keep)
+        advance(scene, given, save)
     assert "\n" not in str(caught.value)
     return caught.value
 

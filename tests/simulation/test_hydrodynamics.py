@@ -7,6 +7,7 @@ from softslip.errors import NumericalError
 from softslip.simulation import assembly, hydrodynamics, trajectory
 from softslip.simulation.assembly import mean_flow, regularisation_of
 from softslip.simulation.sample import wall_contour
+from softslip.simulation.trajectory import Callbacks
 from softslip.solver.integrators import spectral
 from softslip.solver.membrane import ORDERS, membrane_areas, wrap_particles
 from softslip.solver.mobility.ewald import EwaldMobility
@@ -250,7 +251,7 @@ def crossing_shift(aged, time, before):
     """Shift at which the first node of the fastest particle crosses x = L_x at about a time."""
     given, seen = with_steps(), Seen()
     suspension, state = handed_over(aged, given)
-    trajectory.advance(suspension, state, np.array([before, time]), given, trajectory.Watch(seen))
+    trajectory.advance(suspension, state, np.array([before, time]), given, Callbacks(seen))
     start, end = (seen.states[seen.times.index(each)] for each in (before, time))
     first, length = suspension.layout.offsets[:-1], given.channel.length
     moved = twins.minimum_image(end.node_position[first, 0] - start.node_position[first, 0], length)
@@ -296,7 +297,7 @@ def test_adaptive_steps_end_at_every_stop(aged):
     given, seen = with_steps(), Seen()
     stops = np.array([0.013, 0.1, 0.1001, 0.3])
     suspension, state = handed_over(aged, given)
-    advanced = trajectory.advance(suspension, state, stops, given, trajectory.Watch(seen))
+    advanced = trajectory.advance(suspension, state, stops, given, Callbacks(seen))
     assert set(stops) <= set(seen.times)
     assert (seen.times[0], seen.times[-1]) == (0.0, 0.3)
     assert np.all(np.diff(seen.times) > 0)
@@ -308,7 +309,7 @@ def test_adaptive_steps_end_at_every_stop(aged):
 
 def test_the_longest_step_is_kept(aged):
     given, seen = with_steps(longest_step=0.003, tolerance=0.1), Seen()
-    trajectory.advance(*handed_over(aged, given), np.array([0.05]), given, trajectory.Watch(seen))
+    trajectory.advance(*handed_over(aged, given), np.array([0.05]), given, Callbacks(seen))
     # Even steps, as long as allowed, up to the rounding of their times.
     assert np.diff(seen.times) == pytest.approx(np.full(17, 0.05 / 17), rel=1e-9)
 
@@ -316,7 +317,7 @@ def test_the_longest_step_is_kept(aged):
 def test_without_stops_the_first_state_is_the_last(aged):
     given, seen = with_steps(), Seen()
     suspension, state = handed_over(aged, given)
-    advanced = trajectory.advance(suspension, state, np.array([]), given, trajectory.Watch(seen))
+    advanced = trajectory.advance(suspension, state, np.array([]), given, Callbacks(seen))
     assert len(seen.states) == 1
     assert np.array_equal(advanced.state.vector, state.vector)
     assert advanced.counts == {"steps": 0, "evaluations": 1, "rejections": 0}
@@ -334,18 +335,14 @@ def test_a_run_that_is_taken_up_again_is_the_same_run(aged, integrator, pause):
     stops = np.array([0.1, 0.3, 0.4])
     shift = crossing_shift(aged, 0.2, 0.1)
     whole, first, second = Seen(), Seen(), Seen()
-    once = trajectory.advance(
-        *handed_over(aged, given, shift), stops, given, trajectory.Watch(whole)
-    )
+    once = trajectory.advance(*handed_over(aged, given, shift), stops, given, Callbacks(whole))
     leap = np.abs(np.diff([each.node_position[:, 0] for each in whole.states], axis=0)).max(axis=1)
     crossed = np.array(whole.times[1:])[leap > 0.5 * given.channel.length]
     assert 0.1 < crossed.min() < 0.3, f"particles cross at {crossed}"
     until = stops[stops <= pause]
-    paused = trajectory.advance(
-        *handed_over(aged, given, shift), until, given, trajectory.Watch(first)
-    )
+    paused = trajectory.advance(*handed_over(aged, given, shift), until, given, Callbacks(first))
     suspension, _ = handed_over(aged, given)
-    again = trajectory.advance(suspension, paused.state, stops, given, trajectory.Watch(second))
+    again = trajectory.advance(suspension, paused.state, stops, given, Callbacks(second))
     assert first.times + second.times[1:] == whole.times
     for name in REMEMBERED:
         assert again.state.parts[name].tobytes() == once.state.parts[name].tobytes(), name
@@ -363,7 +360,7 @@ def test_what_is_shown_belongs_to_its_state(aged):
     given, seen = with_steps(), Seen()
     shift = crossing_shift(aged, 0.1, 0.05)
     suspension, state = handed_over(aged, given, shift)
-    trajectory.advance(suspension, state, np.array([0.25]), given, trajectory.Watch(seen))
+    trajectory.advance(suspension, state, np.array([0.25]), given, Callbacks(seen))
     for state, rate in zip(seen.states, seen.rates, strict=True):
         assert rate.tobytes() == suspension.rate(state).tobytes(), f"not so at {state.time}"
 
@@ -407,7 +404,7 @@ def test_a_step_that_is_too_long_is_not_shown(aged):
     """A first step of half a time unit: refused until it is short enough."""
     given, seen = with_steps(step=0.5, longest_step=0.5), Seen()
     suspension, state = handed_over(aged, given)
-    advanced = trajectory.advance(suspension, state, np.array([0.5]), given, trajectory.Watch(seen))
+    advanced = trajectory.advance(suspension, state, np.array([0.5]), given, Callbacks(seen))
     assert advanced.rejections > 0
     assert seen.times[1] < 0.1
     assert len(seen.times) == advanced.state.step + 1
@@ -425,7 +422,7 @@ def test_a_trial_that_leaves_the_numbers_is_repeated_and_not_shown(aged, failing
     stops = np.array([0.2])
     clean = trajectory.advance(suspension, state, stops, given)
     watch = Watch(suspension, failing)
-    advanced = trajectory.advance(watch, state, stops, given, trajectory.Watch(seen))
+    advanced = trajectory.advance(watch, state, stops, given, Callbacks(seen))
     assert advanced.rejections > clean.rejections, "no evaluation has failed"
     assert advanced.state.time == 0.2
     assert np.isfinite([each.vector for each in seen.states]).all()
@@ -440,7 +437,7 @@ def test_a_run_whose_rate_is_lost_for_good_ends_at_its_step_and_shows_no_more(ag
     suspension, state = handed_over(aged, given)
     watch = Watch(suspension, range(30, 10_000))
     with pytest.raises(NumericalError) as caught:
-        trajectory.advance(watch, state, np.array([0.2]), given, trajectory.Watch(seen))
+        trajectory.advance(watch, state, np.array([0.2]), given, Callbacks(seen))
     assert caught.value.step == seen.states[-1].step > 0
     assert np.isfinite(seen.rates).all()
 
@@ -506,9 +503,7 @@ def test_areas_return_to_the_reference_at_the_restoring_rate(order):
     spacing = 2 * np.sqrt(np.pi * wanted) / np.diff(offsets)
     suspension, state = scenes.of_rings(rings, given, spacing)
     seen = Seen()
-    trajectory.advance(
-        suspension, state, np.linspace(0.1, 1, 10) * until, given, trajectory.Watch(seen)
-    )
+    trajectory.advance(suspension, state, np.linspace(0.1, 1, 10) * until, given, Callbacks(seen))
     moved = np.abs(seen.states[-1].node_position - seen.states[0].node_position).max()
     assert moved > 0.1 * 0.007, "the membranes hardly change"
     for each in seen.states:

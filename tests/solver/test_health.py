@@ -3,8 +3,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scenes
-from hypothesis import given
-from hypothesis import strategies as st
 
 from softslip.errors import NumericalError
 from softslip.simulation import trajectory
@@ -29,8 +27,13 @@ def scene():
     return state.replace(state.vector.copy(), 0.4, 37), layout
 
 
+def guard(layout, **limits):
+    limits = {"length": 0.1, "height": HEIGHT, "order": 2, "contact_range": RANGE} | limits
+    return health.Guard(layout, **limits)
+
+
 def check(state, layout, film=RANGE, order=2):
-    health.check_state(state, layout, film, order=order, height=HEIGHT, contact_range=RANGE)
+    guard(layout, order=order).check_state(state, film)
 
 
 def with_reference_areas(layout, factors):
@@ -64,22 +67,6 @@ def test_every_array_must_be_finite(scene, name, value, place):
     error = refused(state, layout)
     row = np.arange(array.size)[place] // (1 if array.ndim == 1 else 2)
     assert (error.field, error.index) == (name, row)
-
-
-def test_a_component_is_found_in_the_array_that_it_belongs_to(scene):
-    state, _ = scene
-    for name in ARRAYS:
-        array = getattr(state, name)
-        array[...] = 0.0
-        for place in (0, array.size - 1):
-            array.flat[place] = 1.0
-            index = int(np.flatnonzero(state.vector == 1.0)[0])
-            array.flat[place] = 0.0
-            expected = place // (1 if array.ndim == 1 else 2)
-            state.vector[state.vector == 1.0] = 0.0
-            assert health.located(state, index) == (name, expected)
-    with pytest.raises(IndexError, match="has none"):
-        health.located(state, state.vector.size)
 
 
 def test_an_error_about_a_vector_is_told_about_the_array(scene):
@@ -146,65 +133,6 @@ def test_a_membrane_turned_inside_out_is_seen(scene):
     assert refused(state, layout).field == "area"
 
 
-@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 0.51 * RANGE / 0.002])
-def test_no_node_may_jump_over_a_contact(value):
-    rate = np.full((9, 2), 0.49 * RANGE / 0.002)
-    health.check_move(rate, 0.002, RANGE, 5)
-    rate[6, 1] = value
-    with pytest.raises(NumericalError, match=r"node_velocity\[6\] at step 5: .*time_stepping"):
-        health.check_move(rate, 0.002, RANGE, 5)
-
-
-def test_the_longest_step_is_half_a_contact_and_half_a_film():
-    velocities = np.array([[0.02, -0.3], [0.1, 0.0]])
-    alone = 0.5 * RANGE / 0.3
-    assert health.longest_step(velocities, 0.0, RANGE, 0) == pytest.approx(alone, rel=1e-15)
-    # A film that loses its thickness at this rate is half as thick after half of 1/rate.
-    closing = 3 / alone
-    found = health.longest_step(velocities, closing, RANGE, 0)
-    assert found == pytest.approx(0.5 / closing, rel=1e-15)
-    slow = health.longest_step(velocities, 0.9 / alone * 0.5, RANGE, 0)
-    assert slow == pytest.approx(alone, rel=1e-15)
-
-
-def test_a_uniform_shear_does_not_count_where_heights_are_given():
-    heights = np.linspace(0.1, 0.3, 30)
-    noise = 1e-3 * scenes.generator(5).standard_normal((30, 2))
-    # Noise without a shear of its own, so that the fit finds just what is added.
-    basis = np.column_stack((np.ones(30), heights))
-    noise[:, 0] -= basis @ np.linalg.lstsq(basis, noise[:, 0], rcond=None)[0]
-    alone = health.longest_step(noise, 0.0, RANGE, 0)
-    sheared = noise + np.column_stack((0.2 + 3.0 * heights, np.zeros(30)))
-    assert health.longest_step(sheared, 0.0, RANGE, 0, heights) == pytest.approx(alone, rel=1e-9)
-    assert health.longest_step(sheared, 0.0, RANGE, 0) < 0.01 * alone
-
-
-def test_nothing_that_moves_leaves_any_step():
-    assert health.longest_step(np.zeros((4, 2)), 0.0, RANGE, 0) == np.inf
-    assert health.longest_step(np.empty((0, 2)), 0.0, RANGE, 0) == np.inf
-
-
-@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
-def test_a_velocity_that_is_lost_has_no_longest_step(value):
-    velocities = np.zeros((5, 2))
-    velocities[3, 0] = velocities[4, 1] = value
-    with pytest.raises(NumericalError, match=r"node_velocity\[3\] at step 8: is not finite"):
-        health.longest_step(velocities, 1.0, RANGE, 8)
-
-
-@given(st.floats(1e-6, 10.0), st.sampled_from([-2, -1, 0, 1, 2]))
-def test_a_step_is_refused_just_when_it_is_longer_than_the_longest(speed, places):
-    """At the limit too, to the last bit, where a quotient rounds either way."""
-    velocities = np.array([[0.0, 0.0], [0.0, speed]])
-    longest = health.longest_step(velocities, 0.0, RANGE, 3)
-    step = longest + places * np.spacing(longest)
-    if step <= longest:
-        health.check_move(velocities, step, RANGE, 3)
-    else:
-        with pytest.raises(NumericalError, match=r"node_velocity\[1\] at step 3: .*well below"):
-            health.check_move(velocities, step, RANGE, 3)
-
-
 @pytest.mark.parametrize("name", ["node_position", "tether", "wall_displacement", "wall_speed"])
 def test_a_run_stops_at_the_step_that_a_number_is_lost(foam, smooth, name):
     """Within the guards' interval, whichever array the fault is in."""
@@ -224,19 +152,19 @@ def test_a_time_step_too_long_ends_in_an_error_that_says_so(foam):
 
 def test_no_film_may_be_thinner_than_what_forces_are_spread_over(scene):
     state, layout = scene
-    limits = {"order": 2, "height": HEIGHT, "contact_range": RANGE, "regularisation": RANGE}
+    spreading = guard(layout, regularisation=RANGE)
     sheets = 2 / np.sqrt(np.pi) * RANGE
-    health.check_state(state, layout, 1.01 * sheets, **limits)
+    spreading.check_state(state, 1.01 * sheets)
     with pytest.raises(NumericalError, match=r"film_thickness\[0\] at step 37: .*regularisation"):
-        health.check_state(state, layout, 0.99 * sheets, **limits)
+        spreading.check_state(state, 0.99 * sheets)
 
 
 def test_no_film_may_be_thinner_than_nodes_resolve(scene):
     state, layout = scene
-    limits = {"order": 2, "height": HEIGHT, "contact_range": RANGE, "node_spacing": 0.6 * RANGE}
-    health.check_state(state, layout, 0.86 * 0.6 * RANGE, **limits)
+    spaced = guard(layout, node_spacing=0.6 * RANGE)
+    spaced.check_state(state, 0.86 * 0.6 * RANGE)
     with pytest.raises(NumericalError, match=r"film_thickness\[0\] at step 37: .*node_spacing"):
-        health.check_state(state, layout, 0.84 * 0.6 * RANGE, **limits)
+        spaced.check_state(state, 0.84 * 0.6 * RANGE)
 
 
 def test_the_printed_control_may_not_run_away_from_the_walls():
@@ -264,26 +192,9 @@ def test_a_run_under_the_printed_control_stops_before_it_means_nothing(foam, int
 
     with pytest.raises(NumericalError, match=r"wall_speed\[\d\].*rheometer\.control 'exact'"):
         trajectory.advance(
-            suspension, suspension.load(state), np.array([0.2]), given, trajectory.Watch(look)
+            suspension, suspension.load(state), np.array([0.2]), given, trajectory.Callbacks(look)
         )
     assert stress == pytest.approx(np.full(len(stress), 0.3), rel=0.01)
-
-
-def test_refused_trials_end_a_run_when_they_outnumber_the_steps():
-    refused = health.Rejections()
-    for step in range(500):
-        refused.add(step % 2, step)
-    for step in range(500, 500 + health.REJECTION_STEPS // 4):
-        refused.add(2, step)
-    with pytest.raises(NumericalError, match=r"step_size\[0\] at step 700: .*node_spacing"):
-        refused.add(health.REJECTION_STEPS, 700)
-
-
-def test_a_few_refused_trials_at_the_start_end_nothing():
-    refused = health.Rejections()
-    refused.add(11, 0)
-    for step in range(1, 200):
-        refused.add(0, step)
 
 
 class Faulty:
@@ -331,7 +242,7 @@ def test_a_run_stops_at_the_step_of_a_fault_in_its_evaluation(foam, smooth, spoi
             state,
             np.array([0.2]),
             smooth,
-            trajectory.Watch(lambda state, _: seen.append(state.step)),
+            trajectory.Callbacks(lambda state, _: seen.append(state.step)),
         )
     assert field in str(caught.value)
     assert caught.value.step == seen[-1] + 1 > 10

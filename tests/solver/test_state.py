@@ -71,3 +71,18 @@ def test_a_state_at_rest_remembers_no_steps(state):
 def test_a_state_is_frozen(state):
     with pytest.raises(AttributeError):
         state.step = 3
+
+
+@pytest.mark.parametrize("name", ["node_position", "tether", "wall_displacement", "wall_speed"])
+def test_a_component_is_found_in_the_array_that_it_belongs_to(state, name):
+    array = getattr(state.like(np.arange(state.vector.size)), name)
+    rows = array.reshape(-1, 2) if array.ndim > 1 else array[:, None]
+    for row, components in enumerate(rows):
+        assert [state.located(component) for component in components] == [(name, row)] * rows.shape[
+            1
+        ]
+
+
+def test_a_component_beyond_the_vector_is_refused(state):
+    with pytest.raises(IndexError, match="has none"):
+        state.located(state.vector.size)

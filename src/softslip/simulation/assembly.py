@@ -9,6 +9,7 @@ from softslip.solver.contacts import ContactLaw, Contacts, NoContacts
 from softslip.solver.control import Control, PrintedControl, RateControl, StressControl
 from softslip.solver.films import contact_strength
 from softslip.solver.geometry import LOWER, UPPER, Layout, wall_positions
+from softslip.solver.health import Guard
 from softslip.solver.membrane import MembraneLaw, rest_spacing
 from softslip.solver.mobility import Mobility
 from softslip.solver.mobility.ewald import EwaldMobility
@@ -110,6 +111,19 @@ def mobility_of(parameters: Parameters, layout: Layout, solver: Mobility | None 
     return CorrectedQuadrature(solver, layout, length, regularisation_of(parameters), viscosity)
 
 
+def guard_of(parameters: Parameters, layout: Layout) -> Guard:
+    """Return what stops a run whose numbers no longer mean anything."""
+    return Guard(
+        layout,
+        parameters.channel.length,
+        parameters.channel.height,
+        parameters.membrane.order,
+        parameters.steric.length,
+        regularisation_of(parameters),
+        float(layout.spacing.max(initial=0.0)),
+    )
+
+
 def control_of(
     parameters: Parameters, layout: Layout, *, stress: float | None, shear_rate: float | None = None
 ) -> Control:
@@ -160,7 +174,6 @@ def assemble_around(
     *,
     stress: float | None,
     shear_rate: float | None = None,
-    pairs: PairSource | None = None,
 ) -> Suspension:
     """Return the equations of motion of a run around a Stokes solver of its box.
 
@@ -172,15 +185,13 @@ def assemble_around(
         Of the run.
     stress, shear_rate
         What is imposed.
-    pairs
-        Source of node pairs in place of the solver's.
     """
     box, mobility = channel_box(parameters), mobility_of(parameters, layout, solver)
     if parameters.channel.outside == "still":
         mobility = StillOutside(mobility, box, parameters.solvent.viscosity)
     shared = None
     if isinstance(solver, EwaldMobility):
-        shared = (pairs or solver.near_pairs, solver.reach)
+        shared = (solver.near_pairs, solver.reach)
     return Suspension(
         layout,
         box,

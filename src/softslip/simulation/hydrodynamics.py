@@ -10,7 +10,7 @@ from softslip.config.parameters import Parameters
 from softslip.files.quantities import described
 from softslip.simulation.assembly import assemble, layout_of, mean_flow
 from softslip.simulation.record import Observer, Recorder
-from softslip.simulation.trajectory import Advanced, Effort, Progress, Watch, advance, ignore
+from softslip.simulation.trajectory import Advanced, Callbacks, Effort, Progress, advance, ignore
 from softslip.solver.geometry import FloatArray, Layout
 from softslip.solver.state import State
 from softslip.solver.suspension import Suspension
@@ -59,7 +59,7 @@ def age(
     suspension = assemble(parameters, layout, stress=0.0, threads=threads)
     start = State.at_rest(expansion["node_position"].values, layout)
     aged = _follow(
-        suspension, start, _ends(parameters), parameters, Watch(progress=progress), keeper
+        suspension, start, _ends(parameters), parameters, Callbacks(progress=progress), keeper
     )
     observer = Observer(parameters, layout, mean_flow(parameters))
     last = observer.measure(aged.state, aged.evaluation)
@@ -84,20 +84,20 @@ def _follow(
     start: State,
     stops: FloatArray,
     parameters: Parameters,
-    watch: Watch,
+    callbacks: Callbacks,
     keeper: "Keeper | None",
     **others: "Resumable",
 ) -> Advanced:
     """Advance a state from the start of a stage, or from its checkpoint."""
     if keeper is None:
-        return advance(suspension, suspension.load(start), stops, parameters, watch)
+        return advance(suspension, suspension.load(start), stops, parameters, callbacks)
     state, past = keeper.resume(start, others) or (suspension.load(start), None)
     end = float(stops[-1]) if len(stops) else state.time
 
-    def keep(state: State, effort: Effort) -> None:
+    def save(state: State, effort: Effort) -> None:
         keeper.offer(state, effort, end, others)
 
-    return advance(suspension, state, stops, parameters, replace(watch, keep=keep), past)
+    return advance(suspension, state, stops, parameters, replace(callbacks, save=save), past)
 
 
 def _ends(parameters: Parameters) -> FloatArray:
@@ -163,9 +163,9 @@ def shear(
     steps = round(parameters.time_stepping.shear_time / parameters.time_stepping.step)
     observer = Observer(parameters, layout, mean_flow(parameters))
     recorder = Recorder(parameters, steps, suspension, observer, parameters.recording.snapshots)
-    start, watch = _aged_state(ageing, layout), Watch(recorder.visit, progress)
+    start, callbacks = _aged_state(ageing, layout), Callbacks(recorder.visit, progress)
     sheared = _follow(
-        suspension, start, recorder.stops, parameters, watch, keeper, recorder=recorder
+        suspension, start, recorder.stops, parameters, callbacks, keeper, recorder=recorder
     )
     return described(
         recorder.dataset().assign(nodes_per_particle=ageing["nodes_per_particle"])

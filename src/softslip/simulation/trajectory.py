@@ -1,4 +1,4 @@
-"""The trajectory of a state: evaluate, guard, show, offer a checkpoint, step."""
+"""The trajectory of a state: evaluate, guard, record, write a checkpoint, step."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -7,10 +7,10 @@ import numpy as np
 
 from softslip.config.parameters import Parameters
 from softslip.errors import NumericalError
-from softslip.simulation.assembly import regularisation_of
-from softslip.solver import health
-from softslip.solver.crossing import check_crossing
+from softslip.simulation.assembly import guard_of
+from softslip.solver import step_limits
 from softslip.solver.geometry import FloatArray
+from softslip.solver.health import check_finite, named
 from softslip.solver.integrators import INTEGRATORS, Accuracy, Vector
 from softslip.solver.membrane import wrap_particles
 from softslip.solver.state import State
@@ -28,7 +28,7 @@ class Effort:
     rejections
         Trial steps that were refused and repeated with a shorter one.
     recent
-        Refused trials of the latest steps, for `solver.health.Rejections`.
+        Refused trials of the latest steps, for `solver.step_limits.Rejections`.
     """
 
     evaluations: int = 1
@@ -42,8 +42,8 @@ Visit = Callable[[State, Evaluation], None]
 Progress = Callable[[int, int, float], None]
 """Called after each step as progress(parts done, parts of the stage, time)."""
 
-Keep = Callable[[State, Effort], None]
-"""Called after each `Visit` but the last: here a stage can be interrupted and resumed."""
+Save = Callable[[State, Effort], None]
+"""Called after each `Visit` but the last, where a stage can be interrupted and resumed."""
 
 
 def ignore(*_: object) -> None:
@@ -51,12 +51,12 @@ def ignore(*_: object) -> None:
 
 
 @dataclass(frozen=True)
-class Watch:
-    """Who is called on the way of a stage: `Visit`, `Progress` and `Keep`."""
+class Callbacks:
+    """What a stage calls at every step: `Visit`, `Progress` and `Save`."""
 
     visit: Visit = ignore
     progress: Progress = ignore
-    keep: Keep = ignore
+    save: Save = ignore
 
 
 @dataclass(frozen=True)
@@ -100,10 +100,10 @@ def advance(
     state: State,
     stops: FloatArray,
     parameters: Parameters,
-    watch: Watch = Watch(),
+    callbacks: Callbacks = Callbacks(),
     past: Effort | None = None,
 ) -> Advanced:
-    """Advance a state to the last of some times: evaluate, guard, visit, keep, step.
+    """Advance a state to the last of some times: evaluate, guard, visit, save, step.
 
     Parameters
     ----------
@@ -115,11 +115,11 @@ def advance(
         Increasing times that steps end at, shape (stops,) [time unit].
     parameters
         Of the run.
-    watch
-        Who is called on the way; the first and the last state are visited too.
+    callbacks
+        What is called on the way; the first and the last state are visited too.
     past
-        What `Keep` was called with for this state, where a stage resumes: the state is then not
-        visited again, and everything after it has the same bits as without the break.
+        What `Save` was called with for this state, where a stage resumes: the state is then not
+        visited again, and everything after it has the same bits as without the interruption.
 
     Raises
     ------
@@ -127,28 +127,29 @@ def advance(
         When a guard of `solver.health` finds the numbers out of range, or no step is short
         enough.
     """
-    course = _Course(suspension, state, parameters, past or Effort())
-    whole = parameters.time_stepping.step
+    unit = parameters.time_stepping.step
     if not state.memory.step_size:
-        state = replace(state, memory=replace(state.memory, step_size=whole))
+        state = replace(state, memory=replace(state.memory, step_size=unit))
+    integration = _Integration(suspension, state, parameters, past or Effort())
     end = float(stops[-1]) if len(stops) else state.time
     start, visited = state.step, past is not None
     while True:
-        course.guard(state)
+        integration.guard(state)
         if state.step > start:
-            watch.progress(round(state.time / whole), round(end / whole), state.time)
+            callbacks.progress(round(state.time / unit), round(end / unit), state.time)
         if not visited:
-            watch.visit(state, course.latest)
+            callbacks.visit(state, integration.latest)
         if state.time >= end:
-            return Advanced(state, course.latest, course.effort)
+            return Advanced(state, integration.latest, integration.effort)
         if not visited:
-            watch.keep(state, course.effort)
+            callbacks.save(state, integration.effort)
         visited = False
-        state = course.step(state, float(stops[np.searchsorted(stops, state.time, side="right")]))
+        until = float(stops[np.searchsorted(stops, state.time, side="right")])
+        state = integration.step(state, until)
 
 
-class _Course:
-    """The equations of motion on the way of a stage, and what they have taken.
+class _Integration:
+    """The integration of a stage's equations of motion, step by step, and what it has taken.
 
     Attributes
     ----------
@@ -161,21 +162,26 @@ class _Course:
     ) -> None:
         stepping = parameters.time_stepping
         self._suspension, self._parameters = suspension, parameters
+        self._guard = guard_of(parameters, suspension.layout)
         self._integrate = INTEGRATORS[stepping.integrator]
         self._longest_step = _LONGEST_STEP[stepping.integrator]
         self._accuracy = Accuracy(stepping.tolerance, suspension.error_scale(state))
         self._evaluations, self._rejections = past.evaluations, past.rejections
-        self._refused = health.Rejections(past.recent)
-        # Evaluating a state that was kept repeats the last evaluation before.
+        self._rejected = step_limits.Rejections(past.recent)
+        # The evaluation of a state from a checkpoint was counted before it was written.
         self.latest = suspension.evaluate(state)
 
     @property
     def effort(self) -> Effort:
         """What the stage has taken so far."""
-        return Effort(self._evaluations, self._rejections, self._refused.latest)
+        return Effort(self._evaluations, self._rejections, self._rejected.latest)
+
+    def guard(self, state: State) -> None:
+        """Raise unless the present state and its evaluation are sound; see `solver.health`."""
+        self._guard.check(state, self.latest)
 
     def step(self, state: State, until: float) -> State:
-        """Return the state after one step, which ends at a time at the latest."""
+        """Return the state after one step, which ends at ``until`` at the latest."""
 
         def rate(vector: Vector, time: float) -> Vector:
             self._evaluations += 1
@@ -188,37 +194,16 @@ class _Course:
             step = self._integrate(rate, *begin, self._accuracy, until, longest)
         except NumericalError as error:
             # The stepper only knows that no step has a value; what was lost is named here.
-            health.check_finite(state)
-            self.latest = self._suspension.evaluate(state)
-            self.guard(state)
-            raise health.named(error, state) from error
+            check_finite(state)
+            self._guard.check(state, self._suspension.evaluate(state))
+            raise named(error, state) from error
         self._rejections += step.rejections
-        self._refused.add(step.rejections, state.step)
-        wrapped = replace(
+        self._rejected.add(step.rejections, state.step)
+        position = state.like(step.vector).node_position
+        wrap_particles(position, self._suspension.layout.offsets, self._parameters.channel.length)
+        return replace(
             state, vector=step.vector, time=step.time, step=state.step + 1, memory=step.memory
         )
-        offsets, length = self._suspension.layout.offsets, self._parameters.channel.length
-        wrap_particles(wrapped.node_position, offsets, length)
-        return wrapped
-
-    def guard(self, state: State) -> None:
-        """Raise unless a state and its evaluation are sound; see `solver.health`."""
-        evaluation, layout = self.latest, self._suspension.layout
-        parameters, length = self._parameters, self._parameters.channel.length
-        health.check_state(
-            state,
-            layout,
-            evaluation.film_thickness,
-            order=parameters.membrane.order,
-            height=parameters.channel.height,
-            contact_range=parameters.steric.length,
-            regularisation=regularisation_of(parameters),
-            node_spacing=float(layout.spacing.max(initial=0.0)),
-        )
-        health.check_forces(evaluation.forces, state.step)
-        health.check_rate(evaluation.rate, state)
-        health.check_control(state.wall_speed, evaluation.wall_velocity, state.step)
-        check_crossing(evaluation.positions, layout, length, evaluation.film_thickness, state.step)
 
 
 def _fixed(
@@ -226,7 +211,7 @@ def _fixed(
 ) -> float:
     """Return the fixed step; refuse one that is longer than the motion allows."""
     step, velocities = parameters.time_stepping.step, state.like(evaluation.rate).node_position
-    health.check_move(velocities, step, parameters.steric.length, state.step)
+    step_limits.check_move(velocities, step, parameters.steric.length, state.step)
     return step
 
 
@@ -234,7 +219,7 @@ def _adapted(
     state: State, evaluation: Evaluation, suspension: Suspension, parameters: Parameters
 ) -> float:
     """Return the longest step that the motion and the parameters allow."""
-    longest = health.longest_step(
+    longest = step_limits.longest_step(
         state.like(evaluation.rate).node_position,
         suspension.closing_rate(evaluation),
         parameters.steric.length,

@@ -1,4 +1,4 @@
-"""The state of a run: all that is needed to go on, and nothing else."""
+"""The state of a run: all that is needed to resume it, and nothing else."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
@@ -85,6 +85,22 @@ class State:
     def wall_speed(self) -> FloatArray:
         """Wall speeds that the printed control integrates (Eq. 26), shape (2,); else zero."""
         return self.vector[-2:]
+
+    def located(self, component: int) -> tuple[str, int]:
+        """Return the name of the array that a component of the vector is in, and its row there.
+
+        Raises
+        ------
+        IndexError
+            When there is no such component.
+        """
+        first = 0
+        for name in ("node_position", "tether", "wall_displacement", "wall_speed"):
+            array = getattr(self, name)
+            if component < first + array.size:
+                return name, (component - first) // (1 if array.ndim == 1 else 2)
+            first += array.size
+        raise IndexError(f"A state of {first} numbers has none with index {component}.")
 
 
 PARTS = {

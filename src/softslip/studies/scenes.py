@@ -70,8 +70,8 @@ def advance_to(
     progress: trajectory.Progress = trajectory.ignore,
 ) -> trajectory.Advanced:
     """Advance a scene as its stage would, with all guards; see `simulation.trajectory.advance`."""
-    watch = trajectory.Watch(visit, progress)
-    return trajectory.advance(scene.suspension, scene.state, stops, scene.parameters, watch)
+    callbacks = trajectory.Callbacks(visit, progress)
+    return trajectory.advance(scene.suspension, scene.state, stops, scene.parameters, callbacks)
 
 
 def advance(scene: Scene, duration: float) -> Stretch:

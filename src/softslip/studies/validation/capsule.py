@@ -10,7 +10,7 @@ import numpy as np
 from softslip.config.fields import quantity
 from softslip.config.parameters import Parameters
 from softslip.errors import ConfigError, NumericalError
-from softslip.solver.health import LARGEST_MOVE
+from softslip.solver.step_limits import LARGEST_MOVE
 from softslip.studies.boxes import MEAN_RADIUS
 from softslip.studies.scenes import Scene, advance_to
 from softslip.studies.validation.boundary_integral import steady_capsule
