@@ -42,8 +42,10 @@ UNCOMPILED = {
 """Tests of the modules that hold kernels: those of their own and quick ones of what is above."""
 
 COMPILED = {
+    "control": Selection(("solver/test_control.py",)),
     "rheometer": Selection(("solver/test_rheometer.py",)),
     "checkpoint": Selection(("simulation/test_checkpoint.py",)),
+    "checkpoint_generations": Selection(("simulation/test_checkpoint_generations.py",)),
 }
 """Tests of the modules that hold none, with the kernels compiled."""
 

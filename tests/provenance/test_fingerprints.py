@@ -35,7 +35,8 @@ STARTED = "bench tradeoff stability"
 
 TABLE = [
     ("", "solver solver.mobility simulation simulation.checkpoint simulation.interruption"),
-    ("", "simulation.keeper analysis studies studies.publish studies.study"),
+    ("", "simulation.checkpoint_generations simulation.checkpointer"),
+    ("", "analysis studies studies.publish studies.study"),
     ("", "studies.stability.map_markdown studies.tradeoff"),
     ("", "studies.validation.errors_markdown studies.bench.elements_markdown studies.markdown"),
     ("", "studies.tradeoff.choices studies.tradeoff.accuracy_markdown"),
@@ -274,7 +275,8 @@ def test_levels_of_fidelity_count_for_measurements(original, tmp_path):
 UNCOUNTED = {
     "simulation.checkpoint",
     "simulation.interruption",
-    "simulation.keeper",
+    "simulation.checkpoint_generations",
+    "simulation.checkpointer",
     "studies.bench.elements_markdown",
     "studies.publish",
     "studies.stability.map_markdown",

@@ -16,8 +16,10 @@ from matplotlib.figure import Figure
 
 from softslip.errors import CheckpointError, DatasetError
 from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST, read_dataset
-from softslip.simulation import keeper, packing
-from softslip.simulation.checkpoint import Checkpoints, read_header
+from softslip.simulation import packing
+from softslip.simulation.checkpoint import read_header
+from softslip.simulation.checkpoint_generations import Checkpoints
+from softslip.simulation.checkpointer import Checkpointer
 
 NOBODY = 65534
 
@@ -28,13 +30,13 @@ SOUND, REFUSED, DIFFERENT, RUDE = 0, 3, 4, 5
 def tell_steps(path: str) -> None:
     """Append the time and the step whenever a stage could be kept; this survives any death."""
     file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
-    offer = keeper.Keeper.offer
+    save = Checkpointer.save_if_due
 
     def telling(self: Any, state: Any, *others: Any) -> None:
         os.write(file, f"{time.monotonic():.6f} {state.step}\n".encode())
-        offer(self, state, *others)
+        save(self, state, *others)
 
-    keeper.Keeper.offer = telling
+    Checkpointer.save_if_due = telling
 
 
 def limit_size(size: int, packed: bool = False) -> None:
@@ -66,13 +68,13 @@ def become_nobody() -> None:
 
 def slow_down(seconds: float) -> None:
     """Wait at each step, so that others find the stage at work."""
-    offer = keeper.Keeper.offer
+    save = Checkpointer.save_if_due
 
     def waiting(self: Any, *others: Any) -> None:
         time.sleep(seconds)
-        offer(self, *others)
+        save(self, *others)
 
-    keeper.Keeper.offer = waiting
+    Checkpointer.save_if_due = waiting
 
 
 BOUNDARIES = {

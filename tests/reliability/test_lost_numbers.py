@@ -11,9 +11,10 @@ import scenes
 
 from softslip.errors import NumericalError
 from softslip.simulation import hydrodynamics, trajectory
-from softslip.simulation.checkpoint import Checkpoints, Identity
+from softslip.simulation.checkpoint import Identity
+from softslip.simulation.checkpoint_generations import Checkpoints
+from softslip.simulation.checkpointer import Checkpointer
 from softslip.simulation.interruption import Interruption
-from softslip.simulation.keeper import Keeper
 from softslip.solver import contacts, control, health, membrane, suspension
 
 pytestmark = [
@@ -268,29 +269,29 @@ def test_lost_for_a_moment(scene, given, losing, tally, term: str, value: float)
 def test_what_was_kept_is_sound(
     aged, scene, given, losing, monkeypatch, tmp_path, tally, term: str
 ) -> None:
-    """A run that stops so goes on from its last checkpoint as if nothing had been."""
+    """A run that stops so resumes from its last checkpoint with the same bits."""
     whole = hydrodynamics.shear(aged, given)
     said: list[str] = []
     folder = tmp_path / "checkpoints"
 
-    def keeper() -> Keeper:
-        return Keeper(Checkpoints(folder, IDENTITY, said.append), Interruption(), 0.0)
+    def checkpointer() -> Checkpointer:
+        return Checkpointer(Checkpoints(folder, IDENTITY, said.append), Interruption(), 0.0)
 
     with monkeypatch.context() as patch:
         patch.setattr(suspension, "RestWithoutForce", Mobility)
         box = losing(term, math.nan)
-        first = keeper()
-        offer = first.offer
+        first = checkpointer()
+        save = first.save_if_due
 
-        def offering(state, *others: Any) -> None:
-            offer(state, *others)
+        def saving(state, *others: Any) -> None:
+            save(state, *others)
             box["left"] = 10**9 if state.step >= AT else 0
 
-        first.offer = offering
+        first.save_if_due = saving
         with pytest.raises(NumericalError):
-            hydrodynamics.shear(aged, given, keeper=first)
+            hydrodynamics.shear(aged, given, checkpointer=first)
         box["left"] = -1
     assert health.check_finite(scene[1]) is None
-    assert hydrodynamics.shear(aged, given, keeper=keeper()).identical(whole)
+    assert hydrodynamics.shear(aged, given, checkpointer=checkpointer()).identical(whole)
     assert "resuming from" in said[0]
     tally("checkpoints of runs that lost numbers")["gone on"] += 1

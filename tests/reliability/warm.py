@@ -25,7 +25,7 @@ IMPORTS = (
     "softslip.cli",
     "softslip.simulation.expansion",
     "softslip.analysis.figures",
-    "softslip.simulation.keeper",
+    "softslip.simulation.checkpointer",
     "softslip.simulation.packing",
     "softslip.simulation.hydrodynamics",
     "sabotage",

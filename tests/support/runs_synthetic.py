@@ -10,7 +10,8 @@ import pytest
 
 from softslip.config.scenario import Scenario, load_scenario
 from softslip.provenance.fingerprints import fingerprint
-from softslip.simulation.checkpoint import Checkpoints, Identity
+from softslip.simulation.checkpoint import Identity
+from softslip.simulation.checkpoint_generations import Checkpoints
 from softslip.solver.state import State
 
 SCENARIO = """
@@ -61,12 +62,12 @@ class Work:
         code: str | None = None,
         written: float | None = None,
     ) -> tuple[Path, Path]:
-        """Leave checkpoints of a run that is to go on to time 10; return the newest, previous."""
+        """Leave checkpoints of a run that ends at time 10; return the newest, previous."""
         by = code or fingerprint(stage)
         identity = Identity(stage, run, "0" * 64, by, "python", "{}")
         clock = SimpleNamespace(monotonic=lambda: 0.0, time=lambda: 0.0, process_time=lambda: 0.0)
         with self._monkeypatch.context() as patch:
-            patch.setattr("softslip.simulation.checkpoint.time", clock)
+            patch.setattr("softslip.simulation.checkpoint_generations.time", clock)
             checkpoints = Checkpoints(self.folder(stage), identity, lambda sentence: None)
             checkpoints.load()
             for place, (seconds, simulated, step) in enumerate(points):

@@ -35,8 +35,8 @@ from softslip.provenance.fingerprints import fingerprint
 from softslip.simulation.interruption import interruptible
 
 if TYPE_CHECKING:
-    from softslip.simulation.checkpoint import Checkpoints
-    from softslip.simulation.keeper import Keeper
+    from softslip.simulation.checkpoint_generations import Checkpoints
+    from softslip.simulation.checkpointer import Checkpointer
 
 app = typer.Typer()
 
@@ -185,10 +185,11 @@ def expansion(
 
 
 @contextmanager
-def _kept(job: _Job, interval: float, resume: bool) -> Iterator["Keeper"]:
-    """Lock a run and keep it while the block runs; its last checkpoint outlives it for a while."""
-    from softslip.simulation.checkpoint import Checkpoints, Identity
-    from softslip.simulation.keeper import Keeper
+def _resumable(job: _Job, interval: float, resume: bool) -> Iterator["Checkpointer"]:
+    """Lock a run and write its checkpoints while the block runs; the last one is left."""
+    from softslip.simulation.checkpoint import Identity
+    from softslip.simulation.checkpoint_generations import Checkpoints
+    from softslip.simulation.checkpointer import Checkpointer
 
     row = job.row
     with job.attempt(), interruptible(at_once=False) as interruption:
@@ -201,14 +202,17 @@ def _kept(job: _Job, interval: float, resume: bool) -> Iterator["Keeper"]:
             parameters=stage_parameters(row.parameters, row.stage),
         )
         job.checkpoints = Checkpoints(job.folder, identity, job.say, required=resume)
-        yield Keeper(job.checkpoints, interruption, interval)
+        yield Checkpointer(job.checkpoints, interruption, interval)
         job.checkpoints.finish()
 
 
 def _follow(job: _Job, follow: Callable[..., xr.Dataset], interval: float, resume: bool) -> None:
     """Follow a packing through time, from its checkpoint if it was interrupted."""
-    with _kept(job, interval, resume) as keeper, progress_report(job.row.stage) as report:
-        job.write(follow(job.parent, job.row.parameters, report, job.threads, keeper))
+    with (
+        _resumable(job, interval, resume) as checkpointer,
+        progress_report(job.row.stage) as report,
+    ):
+        job.write(follow(job.parent, job.row.parameters, report, job.threads, checkpointer))
 
 
 @app.command()

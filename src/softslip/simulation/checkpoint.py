@@ -2,26 +2,22 @@
 
 A checkpoint is one line with the format's version and the SHA-256 of the next line; a line of JSON
 that says what it is of, with the SHA-256 of the rest; and the arrays in NumPy's own format, which
-are read without pickle. Two generations are kept, each replaced in one step.
+are read without pickle.
 """
 
 import hashlib
 import io
 import json
 import math
-import os
-import time
 import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from softslip.errors import CheckpointError
-from softslip.files.storage import replacing
 from softslip.simulation.arrays import Arrays
 from softslip.solver.state import PARTS, State
 
@@ -41,7 +37,7 @@ class Identity:
     stage, run
         The stage and the identity of its run.
     parent
-        SHA-256 of what the stage began with.
+        SHA-256 of the result that the stage starts from.
     fingerprint
         Of the stage's code.
     environment
@@ -67,11 +63,11 @@ class Header:
     time, end
         Time of the state and of the end of the stage [time unit].
     step
-        Steps since the stage began.
+        Steps since the start of the stage.
     seconds, core_seconds
         Wall-clock and processor time of work so far.
     restarts
-        How often the stage had resumed before.
+        How often the stage had resumed.
     written
         POSIX time of writing.
     identity
@@ -115,183 +111,20 @@ def read_header(path: Path) -> Header:
         return _header(path, file)[0]
 
 
-class Checkpoints:
-    """The two generations of checkpoints of one run of a stage.
-
-    Parameters
-    ----------
-    folder
-        Where they are.
-    identity
-        What they must be of.
-    say
-        Told, in a sentence, what a person should know.
-    required
-        Whether there must be one to resume from.
-    """
-
-    def __init__(
-        self,
-        folder: Path,
-        identity: Identity,
-        say: Callable[[str], None],
-        required: bool = False,
-    ) -> None:
-        stem = f"{identity.run}.{identity.fingerprint}"
-        self.newest = folder / f"{stem}{SUFFIX}"
-        self.previous = folder / f"{stem}.previous{SUFFIX}"
-        self._identity, self._say, self._required = identity, say, required
-        self._started, self._seconds = time.monotonic(), 0.0
-        self._core_seconds, self._restarts = 0.0, 0
-
-    def load(self) -> Arrays | None:
-        """Return the arrays of the newest sound checkpoint, None where there is none.
-
-        A damaged one is removed, so that it never takes the place of a sound one. One that began
-        with another parent is ignored: the parent has been rerun since.
-
-        Raises
-        ------
-        CheckpointError
-            When a sound one is of something else than this run, or one is required and there is
-            none.
-        """
-        for path in (self.newest, self.previous):
-            if not path.exists():
-                continue
-            try:
-                header, arrays = _read(path)
-            except CheckpointError as error:
-                self._say(f"{error}; it is removed")
-                path.unlink(missing_ok=True)
-                continue
-            if self._is_of_another_parent(header.identity):
-                self._say(
-                    f"{path.name} continues an earlier result of the stage before; starting again"
-                )
-                return None
-            check_identity(path, header.identity, self._identity)
-            self._seconds, self._core_seconds = header.seconds, header.core_seconds
-            self._restarts = header.restarts + 1
-            self._say(f"resuming from {path.name}: t = {header.time:g} of {header.end:g}")
-            return arrays
-        if self._required:
-            raise CheckpointError(
-                f"{self.newest}: there is no undamaged checkpoint; run without --resume to start"
-            )
-        return None
-
-    def save(self, arrays: Arrays, state: State, end: float) -> None:
-        """Write a new generation in one step; the one before becomes the previous.
-
-        Parameters
-        ----------
-        arrays
-            All that is needed to resume.
-        state
-            The state among them, for its time and step.
-        end
-            Time at which the stage ends [time unit].
-
-        Raises
-        ------
-        StorageError
-            When it cannot be written; what was there before is still there.
-        """
-        header = Header(
-            time=state.time,
-            end=end,
-            step=state.step,
-            seconds=self._seconds + time.monotonic() - self._started,
-            core_seconds=self.core_seconds,
-            restarts=self._restarts,
-            written=time.time(),
-            identity=self._identity,
-        )
-        content = _content(header, arrays)
-        with replacing(self.newest) as temporary:
-            with temporary.open("wb") as file:
-                file.write(content)
-                file.flush()
-                # The generation before gives way only to one that is safe.
-                os.fsync(file.fileno())
-            if self.newest.exists():
-                self.newest.replace(self.previous)
-
-    def finish(self) -> None:
-        """Remove all but the newest generation, of a run whose result is written.
-
-        Whoever started the run may have died meanwhile. Then Snakemake, started again, takes the
-        result for incomplete, removes it and asks for it anew: little of it is done twice.
-        """
-        if self.newest.exists():
-            self.previous.unlink(missing_ok=True)
-
-    def _is_of_another_parent(self, found: Identity) -> bool:
-        """Return whether a checkpoint is of this very run before its parent was rerun."""
-        ours = self._identity
-        like = replace(found, parent=ours.parent, parameters=ours.parameters)
-        return like == ours and found.parent != ours.parent and not self._required
-
-    @property
-    def core_seconds(self) -> float:
-        """Processor time of work so far, of earlier attempts up to their last checkpoint."""
-        return self._core_seconds + time.process_time()
-
-    @property
-    def restarts(self) -> int:
-        """How often the stage has resumed."""
-        return self._restarts
-
-
-def check_identity(path: Path, found: Identity, wanted: Identity) -> None:
-    """Refuse a checkpoint of something else.
-
-    Raises
-    ------
-    CheckpointError
-        Naming the first key that differs, parameters by their paths.
-    """
-    ours, theirs = asdict(wanted), asdict(found)
-    if ours["run"] != theirs["run"]:
-        for key, value in _leaves(json.loads(ours["parameters"])).items():
-            other = _leaves(json.loads(theirs["parameters"])).get(key)
-            if other != value:
-                raise _mismatch(path, key, other, value)
-    # Parameters that the stage does not depend on, and are no part of the run's name, may differ.
-    for key in ("stage", "run", "parent", "fingerprint", "environment"):
-        if ours[key] != theirs[key]:
-            raise _mismatch(path, key, theirs[key], ours[key])
-
-
-def _mismatch(path: Path, key: str, found: object, wanted: object) -> CheckpointError:
-    return CheckpointError(
-        f"{path}: {key} is {found!r}, but this run has {wanted!r}; remove the file to begin again"
-    )
-
-
-def _leaves(tree: Any, path: str = "") -> dict[str, Any]:
-    if not isinstance(tree, dict):
-        return {path: tree}
-    found: dict[str, Any] = {}
-    for key, value in tree.items():
-        found |= _leaves(value, f"{path}.{key}" if path else str(key))
-    return found
-
-
-def _content(header: Header, arrays: Arrays) -> bytes:
+def checkpoint_bytes(header: Header, arrays: Arrays) -> bytes:
+    """Return the bytes of a checkpoint."""
     buffer = io.BytesIO()
     np.savez(buffer, allow_pickle=False, **arrays)
     rest = buffer.getvalue()
-    words = asdict(header) | {"arrays": hashlib.sha256(rest).hexdigest()}
-    line = json.dumps(words, sort_keys=True).encode()
+    entries = asdict(header) | {"arrays": hashlib.sha256(rest).hexdigest()}
+    line = json.dumps(entries, sort_keys=True).encode()
     first = f"{_MAGIC} {_SCHEMA} {hashlib.sha256(line).hexdigest()}".encode()
     return b"\n".join((first, line, rest))
 
 
 @contextmanager
 def _opened(path: Path) -> Iterator[io.BufferedReader]:
-    """Open a file, with what the system says against it in one sentence."""
+    """Open a file; errors of the system become one sentence."""
     try:
         with path.open("rb") as file:
             yield file
@@ -310,12 +143,19 @@ def _header(path: Path, file: io.BufferedReader) -> tuple[Header, str]:
         )
     if hashlib.sha256(line).hexdigest().encode() != first[2]:
         raise CheckpointError(f"{path}: is damaged (its header does not have its digest)")
-    words = json.loads(line)
-    digest = words.pop("arrays")
-    return Header(**words | {"identity": Identity(**words["identity"])}), str(digest)
+    entries = json.loads(line)
+    digest = entries.pop("arrays")
+    return Header(**entries | {"identity": Identity(**entries["identity"])}), str(digest)
 
 
-def _read(path: Path) -> tuple[Header, Arrays]:
+def read_checkpoint(path: Path) -> tuple[Header, Arrays]:
+    """Return what a checkpoint says of itself, and its arrays.
+
+    Raises
+    ------
+    CheckpointError
+        When it cannot be read, is damaged, or is of another format.
+    """
     with _opened(path) as file:
         header, digest = _header(path, file)
         rest = file.read()
@@ -327,14 +167,14 @@ def _read(path: Path) -> tuple[Header, Arrays]:
     except (ValueError, EOFError, zipfile.BadZipFile, KeyError) as error:
         raise CheckpointError(f"{path}: holds no arrays ({error})") from error
     for name, array in arrays.items():
-        # A part in no format of NumPy's comes as it is.
+        # NumPy returns the bytes of an entry that is not in its format.
         if not isinstance(array, np.ndarray):
             raise CheckpointError(f"{path}: holds no arrays ({name} is none)")
     return header, arrays
 
 
 def state_from(arrays: Arrays, like: State) -> State:
-    """Return the state that has given `State.parts`.
+    """Return the state with the `State.parts` that a checkpoint holds.
 
     Parameters
     ----------
@@ -354,9 +194,9 @@ def state_from(arrays: Arrays, like: State) -> State:
         if arrays[name].dtype != dtype:
             raise CheckpointError(f"state: {name} is of type {arrays[name].dtype}")
     for name in ("particle_nodes", "wall_nodes"):
-        wanted = getattr(like, name)
-        if arrays[name].shape or int(arrays[name]) != wanted:
-            raise CheckpointError(f"state: {name} is {arrays[name]}, but this run has {wanted}")
+        count = getattr(like, name)
+        if arrays[name].shape or int(arrays[name]) != count:
+            raise CheckpointError(f"state: {name} is {arrays[name]}, but this run has {count}")
     vector, direction = arrays["vector"], arrays["direction"]
     if vector.shape != like.vector.shape or direction.shape not in ((0,), vector.shape):
         raise CheckpointError(

@@ -16,8 +16,8 @@ from softslip.solver.state import State
 from softslip.solver.suspension import Suspension
 
 if TYPE_CHECKING:
-    # How runs are kept is no part of the code whose change makes them run again.
-    from softslip.simulation.keeper import Keeper, Resumable
+    # Checkpoints are no part of the code whose change reruns a stage.
+    from softslip.simulation.checkpointer import Checkpointer, Resumable
 
 
 def age(
@@ -25,7 +25,7 @@ def age(
     parameters: Parameters,
     progress: Progress = ignore,
     threads: int = 1,
-    keeper: "Keeper | None" = None,
+    checkpointer: "Checkpointer | None" = None,
 ) -> xr.Dataset:
     """Relax an expanded packing at zero stress for t_w, with hydrodynamics.
 
@@ -39,7 +39,7 @@ def age(
         See `Progress`.
     threads
         See `assemble`.
-    keeper
+    checkpointer
         Writes checkpoints from time to time, and resumes from one.
 
     Returns
@@ -59,7 +59,7 @@ def age(
     suspension = assemble(parameters, layout, stress=0.0, threads=threads)
     start = State.at_rest(expansion["node_position"].values, layout)
     aged = _follow(
-        suspension, start, _ends(parameters), parameters, Callbacks(progress=progress), keeper
+        suspension, start, _ends(parameters), parameters, Callbacks(progress=progress), checkpointer
     )
     observer = Observer(parameters, layout, mean_flow(parameters))
     last = observer.measure(aged.state, aged.evaluation)
@@ -85,17 +85,17 @@ def _follow(
     stops: FloatArray,
     parameters: Parameters,
     callbacks: Callbacks,
-    keeper: "Keeper | None",
+    checkpointer: "Checkpointer | None",
     **others: "Resumable",
 ) -> Advanced:
     """Advance a state from the start of a stage, or from its checkpoint."""
-    if keeper is None:
+    if checkpointer is None:
         return advance(suspension, suspension.load(start), stops, parameters, callbacks)
-    state, past = keeper.resume(start, others) or (suspension.load(start), None)
+    state, past = checkpointer.resume(start, others) or (suspension.load(start), None)
     end = float(stops[-1]) if len(stops) else state.time
 
     def save(state: State, effort: Effort) -> None:
-        keeper.offer(state, effort, end, others)
+        checkpointer.save_if_due(state, effort, end, others)
 
     return advance(suspension, state, stops, parameters, replace(callbacks, save=save), past)
 
@@ -124,7 +124,7 @@ def shear(
     parameters: Parameters,
     progress: Progress = ignore,
     threads: int = 1,
-    keeper: "Keeper | None" = None,
+    checkpointer: "Checkpointer | None" = None,
 ) -> xr.Dataset:
     """Shear an aged packing under constant stress or constant apparent shear rate.
 
@@ -138,7 +138,7 @@ def shear(
         See `Progress`.
     threads
         See `assemble`.
-    keeper
+    checkpointer
         As for `age`.
 
     Returns
@@ -165,7 +165,7 @@ def shear(
     recorder = Recorder(parameters, steps, suspension, observer, parameters.recording.snapshots)
     start, callbacks = _aged_state(ageing, layout), Callbacks(recorder.visit, progress)
     sheared = _follow(
-        suspension, start, recorder.stops, parameters, callbacks, keeper, recorder=recorder
+        suspension, start, recorder.stops, parameters, callbacks, checkpointer, recorder=recorder
     )
     return described(
         recorder.dataset().assign(nodes_per_particle=ageing["nodes_per_particle"])

@@ -8,9 +8,10 @@ import scenes
 from softslip.errors import CheckpointError, Interrupted, NumericalError
 from softslip.files.storage import CONTENT_DIGEST, digests
 from softslip.simulation import hydrodynamics
-from softslip.simulation.checkpoint import Checkpoints, Identity
+from softslip.simulation.checkpoint import Identity
+from softslip.simulation.checkpoint_generations import Checkpoints
+from softslip.simulation.checkpointer import Checkpointer
 from softslip.simulation.interruption import Interruption
-from softslip.simulation.keeper import Keeper
 from softslip.solver.suspension import Suspension
 
 IDENTITY = Identity("shear", "0" * 16, "1" * 64, "2" * 16, "python 3", "{}")
@@ -52,9 +53,9 @@ class Breaking(Interruption):
         pass
 
 
-def keeper(folder, steps=10**9, interval=1e9, identity=IDENTITY, said=None):
+def checkpointer(folder, steps=10**9, interval=1e9, identity=IDENTITY, said=None):
     said = [] if said is None else said
-    return Keeper(Checkpoints(folder, identity, said.append), Breaking(steps), interval)
+    return Checkpointer(Checkpoints(folder, identity, said.append), Breaking(steps), interval)
 
 
 @pytest.mark.parametrize("route", ROUTES)
@@ -64,8 +65,8 @@ def test_a_run_that_was_broken_off_has_the_same_bytes(tmp_path, aged, route, bre
     whole = hydrodynamics.shear(aged, given)
     for steps in breaks:
         with pytest.raises(Interrupted, match=r"SIGTERM at t = .* of 0\.2; start the same command"):
-            hydrodynamics.shear(aged, given, keeper=keeper(tmp_path, 2 * steps))
-    again = hydrodynamics.shear(aged, given, keeper=keeper(tmp_path))
+            hydrodynamics.shear(aged, given, checkpointer=checkpointer(tmp_path, 2 * steps))
+    again = hydrodynamics.shear(aged, given, checkpointer=checkpointer(tmp_path))
     assert again.identical(whole)
     assert digests(again)[CONTENT_DIGEST] == digests(whole)[CONTENT_DIGEST]
 
@@ -74,15 +75,17 @@ def test_ageing_is_taken_up_again_with_the_same_bytes(tmp_path, foam):
     given = scenes.parameters(time_stepping={"ageing_time": 0.1})
     whole = hydrodynamics.age(foam, given)
     with pytest.raises(Interrupted):
-        hydrodynamics.age(foam, given, keeper=keeper(tmp_path, 20))
-    assert hydrodynamics.age(foam, given, keeper=keeper(tmp_path)).identical(whole)
+        hydrodynamics.age(foam, given, checkpointer=checkpointer(tmp_path, 20))
+    assert hydrodynamics.age(foam, given, checkpointer=checkpointer(tmp_path)).identical(whole)
 
 
 def test_checkpoints_come_with_the_interval_and_change_nothing(tmp_path, aged):
     given = parameters("euler, stress")
-    every = hydrodynamics.shear(aged, given, keeper=keeper(tmp_path, interval=0.0))
+    every = hydrodynamics.shear(aged, given, checkpointer=checkpointer(tmp_path, interval=0.0))
     assert len(list(tmp_path.glob("*.checkpoint"))) == 2
-    assert every.identical(hydrodynamics.shear(aged, given, keeper=keeper(tmp_path / "none")))
+    assert every.identical(
+        hydrodynamics.shear(aged, given, checkpointer=checkpointer(tmp_path / "none"))
+    )
     assert not (tmp_path / "none").exists()
 
 
@@ -90,11 +93,11 @@ def test_a_run_goes_on_from_the_generation_before_a_damaged_one(tmp_path, aged):
     given = parameters("euler, stress")
     whole = hydrodynamics.shear(aged, given)
     with pytest.raises(Interrupted):
-        hydrodynamics.shear(aged, given, keeper=keeper(tmp_path, 40, interval=0.0))
+        hydrodynamics.shear(aged, given, checkpointer=checkpointer(tmp_path, 40, interval=0.0))
     newest = next(path for path in tmp_path.iterdir() if "previous" not in path.name)
     newest.write_bytes(newest.read_bytes()[:-1])
     said = []
-    again = hydrodynamics.shear(aged, given, keeper=keeper(tmp_path, said=said))
+    again = hydrodynamics.shear(aged, given, checkpointer=checkpointer(tmp_path, said=said))
     assert again.identical(whole)
     assert "damaged" in said[0]
     assert "previous" in said[1]
@@ -117,25 +120,27 @@ def test_a_state_that_is_unsound_never_becomes_a_checkpoint(tmp_path, aged, monk
     with monkeypatch.context() as patch:
         patch.setattr(Suspension, "evaluate", spoilt)
         with pytest.raises(NumericalError, match=r"node_position\[3\]"):
-            hydrodynamics.shear(aged, given, keeper=keeper(tmp_path, interval=0.0))
-    assert hydrodynamics.shear(aged, given, keeper=keeper(tmp_path)).identical(whole)
+            hydrodynamics.shear(aged, given, checkpointer=checkpointer(tmp_path, interval=0.0))
+    assert hydrodynamics.shear(aged, given, checkpointer=checkpointer(tmp_path)).identical(whole)
 
 
 def test_a_memory_of_a_longer_run_is_refused(tmp_path, aged):
     given = parameters("euler, stress")
     with pytest.raises(Interrupted):
-        hydrodynamics.shear(aged, given, keeper=keeper(tmp_path, 60))
+        hydrodynamics.shear(aged, given, checkpointer=checkpointer(tmp_path, 60))
     stepping = given.time_stepping.model_copy(update={"shear_time": 0.01})
     shorter = given.model_copy(update={"time_stepping": stepping})
     with pytest.raises(CheckpointError, match="does not fit this run"):
-        hydrodynamics.shear(aged, shorter, keeper=keeper(tmp_path))
+        hydrodynamics.shear(aged, shorter, checkpointer=checkpointer(tmp_path))
 
 
 def test_without_a_checkpoint_there_is_nothing_to_resume(tmp_path, aged):
     checkpoints = Checkpoints(tmp_path, IDENTITY, lambda _: None, required=True)
     with pytest.raises(CheckpointError, match="no undamaged checkpoint; run without --resume"):
         hydrodynamics.shear(
-            aged, parameters("euler, stress"), keeper=Keeper(checkpoints, Interruption())
+            aged,
+            parameters("euler, stress"),
+            checkpointer=Checkpointer(checkpoints, Interruption()),
         )
 
 
@@ -143,22 +148,22 @@ def test_without_a_checkpoint_there_is_nothing_to_resume(tmp_path, aged):
 def test_what_is_of_something_else_is_refused(tmp_path, aged, key):
     given = parameters("euler, stress")
     with pytest.raises(Interrupted):
-        hydrodynamics.shear(aged, given, keeper=keeper(tmp_path, 5))
+        hydrodynamics.shear(aged, given, checkpointer=checkpointer(tmp_path, 5))
     other = dataclasses.replace(IDENTITY, **{key: "other"})
     if key in ("fingerprint", "run"):
         (found,) = tmp_path.glob("*.checkpoint")
         names = {"fingerprint": f"{'0' * 16}.other", "run": f"other.{'2' * 16}"}
         found.rename(tmp_path / f"{names[key]}.checkpoint")
     with pytest.raises(CheckpointError, match=f"{key} is .*, but this run has 'other'"):
-        hydrodynamics.shear(aged, given, keeper=keeper(tmp_path, identity=other))
+        hydrodynamics.shear(aged, given, checkpointer=checkpointer(tmp_path, identity=other))
 
 
 def test_with_another_parent_the_stage_begins_again(tmp_path, aged):
     given = parameters("euler, stress")
     with pytest.raises(Interrupted):
-        hydrodynamics.shear(aged, given, keeper=keeper(tmp_path, 5))
+        hydrodynamics.shear(aged, given, checkpointer=checkpointer(tmp_path, 5))
     other = dataclasses.replace(IDENTITY, parent="other")
-    again = hydrodynamics.shear(aged, given, keeper=keeper(tmp_path, identity=other))
+    again = hydrodynamics.shear(aged, given, checkpointer=checkpointer(tmp_path, identity=other))
     assert again.identical(hydrodynamics.shear(aged, given))
 
 

@@ -7,7 +7,8 @@ from typing import Protocol
 
 from softslip.errors import CheckpointError, Interrupted
 from softslip.simulation.arrays import Arrays, below, under
-from softslip.simulation.checkpoint import Checkpoints, state_from
+from softslip.simulation.checkpoint import state_from
+from softslip.simulation.checkpoint_generations import Checkpoints
 from softslip.simulation.interruption import Interruption
 from softslip.simulation.trajectory import Effort
 from softslip.solver.state import State
@@ -28,7 +29,7 @@ class Resumable(Protocol):
         ...
 
 
-class Keeper:
+class Checkpointer:
     """Writes checkpoints of a stage from time to time, and when a signal asks it to stop.
 
     Parameters
@@ -68,24 +69,24 @@ class Keeper:
         arrays = self._checkpoints.load()
         if arrays is None:
             return None
-        state = state_from(below(arrays, "state"), like)
         effort = below(arrays, "effort")
         try:
+            state = state_from(below(arrays, "state"), like)
             for name, other in others.items():
                 other.restore(below(arrays, name))
             counts = int(effort["evaluations"]), int(effort["rejections"])
             recent = tuple(int(count) for count in effort["recent"])
-        except (KeyError, ValueError, IndexError) as error:
+        except (CheckpointError, KeyError, ValueError, IndexError) as error:
             raise CheckpointError(
-                f"{self._checkpoints.newest}: does not fit this run ({error}); "
-                "remove the file to begin again"
+                f"{self._checkpoints.source}: does not fit this run ({error}); "
+                "remove the file to start again"
             ) from error
         return state, Effort(*counts, recent)
 
-    def offer(
+    def save_if_due(
         self, state: State, effort: Effort, end: float, others: Mapping[str, Resumable]
     ) -> None:
-        """Write a checkpoint if it is time, and stop if a signal has come.
+        """Write a checkpoint if one is due, and stop if a signal has come.
 
         Parameters
         ----------
