@@ -15,7 +15,7 @@ from softslip.cli.plan import app
 from softslip.config.scenario import Scenario, load_scenario
 from softslip.config.stages import STAGES
 from softslip.operations.costs import shipped
-from softslip.operations.plan import make_plan
+from softslip.operations.planning import make_plan
 
 OLD = "0" * 16
 

@@ -14,14 +14,14 @@ from rich.console import Console
 from runs_synthetic import CHECKPOINT_BYTES, Work
 from typer.testing import CliRunner, Result
 
-from softslip.cli import stages
+from softslip.cli import stage_commands
 from softslip.cli import status as module
 from softslip.cli.status import app
 from softslip.config.scenario import Scenario
 from softslip.errors import NumericalError
 from softslip.operations.failures import failure_recorded
 from softslip.operations.lock import claim, holder_path, lock_path, run_lock
-from softslip.operations.status import ScenarioStatus, scenario_status
+from softslip.operations.scenario_status import ScenarioStatus, scenario_status
 
 UNKNOWN = "f" * 16
 
@@ -185,7 +185,7 @@ def test_a_stage_that_fails_records_why(scenario: Scenario, work: Work) -> None:
     output = work.results / "expansion" / f"{run}.nc"
     words = ["--parent", str(missing), "--output", str(output)]
     call = ["expansion", str(work.results.parent / "four.yaml"), run, *words]
-    result = CliRunner().invoke(stages.app, call, catch_exceptions=False)
+    result = CliRunner().invoke(stage_commands.app, call, catch_exceptions=False)
     assert result.exit_code == 1
     (told,) = [run for run in json.loads(said("status", work, "--json"))["runs"] if run["error"]]
     assert (told["run"], told["state"]) == (run, "failed")
@@ -261,7 +261,7 @@ def test_on_a_terminal_the_sum_stays_in_sight(
             raise KeyboardInterrupt
         return scenario_status(scenario, folder)
 
-    monkeypatch.setattr("softslip.operations.status.scenario_status", look)
+    monkeypatch.setattr("softslip.operations.scenario_status.scenario_status", look)
     said("status", work, "--watch", "7")
     shown = screen.getvalue()
     assert len(looks) == 3
@@ -361,7 +361,7 @@ def test_a_finished_run_that_begins_anew_meanwhile_keeps_its_checkpoint(
         (folder / "shear" / f"{mixed[0]}.nc").unlink()
         return found
 
-    monkeypatch.setattr("softslip.operations.status.scenario_status", look)
+    monkeypatch.setattr("softslip.operations.scenario_status.scenario_status", look)
     before = names(work) - {f"{mixed[0]}.nc"}
     assert said("clean", work).startswith("removed 0 files")
     assert names(work) == before

@@ -61,7 +61,7 @@ TABLE = [
     (f"ageing shear {STARTED}", "solver.mobility.profile"),
     ("shear tradeoff", "simulation.arrays"),
     ("gather", "analysis.observables.timescales"),
-    ("gather draw", "analysis.observables.fields"),
+    ("gather draw", "analysis.observables.velocity_fields"),
     ("gather fit draw", "analysis.observables.seeds analysis.observables.tables"),
     ("gather draw tradeoff", "analysis.observables.series"),
     ("gather fit draw tradeoff", "analysis.observables.steady"),

@@ -19,7 +19,7 @@ from projects import copy_project
 from softslip.config.parameters import Parameters
 from softslip.config.scenario import Scenario, load_scenario
 from softslip.config.stages import STAGES, stage_ids
-from softslip.operations.plan import make_plan
+from softslip.operations.planning import make_plan
 from softslip.provenance.fingerprints import fingerprint
 
 pytestmark = pytest.mark.workflow

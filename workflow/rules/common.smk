@@ -16,7 +16,7 @@ from softslip.provenance.fingerprints import fingerprint
 from softslip.operations.lock import run_lock
 from softslip.operations.leftovers import remove
 from softslip.config.stages import STAGES
-from softslip.operations.status import scenario_status
+from softslip.operations.scenario_status import scenario_status
 from softslip.config.scenario import load_scenario
 from softslip.provenance.scenario_file import refuse_other_file
 from softslip.provenance.timestamps import put_in_order

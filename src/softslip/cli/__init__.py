@@ -11,7 +11,7 @@ from typing import Any
 import typer
 
 COMMANDS: Mapping[str, Mapping[str, str]] = {
-    "stages": {
+    "stage_commands": {
         "packing": "Pack discs with LAMMPS.",
         "expansion": "Grow discs into membranes at the area fraction of the scenario.",
         "ageing": "Relax a packing at zero stress, with hydrodynamics.",

@@ -51,7 +51,7 @@ def plan(
 
     Counted are the stages of the runs; the tables and figures made from them take seconds each.
     """
-    from softslip.operations.plan import make_plan
+    from softslip.operations.planning import make_plan
     from softslip.provenance.scenario_file import refuse_other_file
 
     scenario, results = scenario_of(scenario, results)

@@ -90,7 +90,7 @@ def query(
 
 def _opened(source: str, results: Path | None) -> "Results":
     """Return the results of a folder, or of a scenario, which wins where a name is both."""
-    from softslip.operations.status import scenario_status
+    from softslip.operations.scenario_status import scenario_status
     from softslip.provenance.catalogue.opening import open_results, scenario_results
 
     if not is_scenario(source) and os.path.exists(source):

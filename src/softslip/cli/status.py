@@ -26,7 +26,7 @@ from softslip.messages import counted, duration
 
 if TYPE_CHECKING:
     from softslip.operations.lock import Holder
-    from softslip.operations.status import RunStatus, ScenarioStatus
+    from softslip.operations.scenario_status import RunStatus, ScenarioStatus
 
 app = typer.Typer()
 
@@ -63,7 +63,7 @@ def status(
     watch: Watch = None,
 ) -> None:
     """Say how far the runs of a scenario are: done, running, failed, interrupted or missing."""
-    from softslip.operations.status import scenario_status
+    from softslip.operations.scenario_status import scenario_status
 
     if as_json and watch is not None:
         raise ConfigError("watch", watch, "is given with --json", "leave out one of the two")
@@ -104,7 +104,7 @@ def _console() -> Console:
 
 def _watch(scenario: Scenario, folder: Path, every: bool, interval: float, remedy: str) -> None:
     """Show the status again and again, until all runs are done or the user has seen enough."""
-    from softslip.operations.status import scenario_status
+    from softslip.operations.scenario_status import scenario_status
 
     console = _console()
     with suppress(KeyboardInterrupt), Live(console=console, auto_refresh=False) as live:
@@ -124,7 +124,7 @@ def _watch(scenario: Scenario, folder: Path, every: bool, interval: float, remed
 
 def _summary(scenario: Scenario, found: "ScenarioStatus", remedy: str) -> list[RenderableType]:
     """Return a table with a row for each stage, between lines on the scenario and checkpoints."""
-    from softslip.operations.status import STATES
+    from softslip.operations.scenario_status import STATES
 
     table = Table("stage")
     for state in STATES:
@@ -262,7 +262,7 @@ def clean(
 ) -> None:
     """Remove checkpoints that nobody needs any more, and files left by killed processes."""
     from softslip.operations.leftovers import remove
-    from softslip.operations.status import scenario_status
+    from softslip.operations.scenario_status import scenario_status
 
     scenario, results = scenario_of(scenario, results)
     loaded = load_scenario(scenario)

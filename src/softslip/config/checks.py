@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from softslip.config.films import check_contacts
+from softslip.config.contact_points import check_contacts
 from softslip.config.sections import Tree
 from softslip.errors import ConfigError
 from softslip.messages import brief

@@ -1,4 +1,4 @@
-"""Records of failed runs: written by the process that fails, read by `operations.status`.
+"""Records of failed runs: written by the process that fails, read by `operations.scenario_status`.
 
 A record lies beside the lock of its run, ``RUN.failure.json``, from the moment of the failure until
 the run is begun again.

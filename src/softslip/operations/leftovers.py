@@ -51,7 +51,7 @@ def remove(
     results
         Folder of the scenario's results.
     leftovers
-        What is to be removed; see `operations.status.ScenarioStatus.leftovers`.
+        What is to be removed; see `operations.scenario_status.ScenarioStatus.leftovers`.
     say
         Called with a sentence on what is not removed because a process works on it.
 

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from lineage_synthetic import CODE, Results
 from matplotlib.patches import FancyBboxPatch
 
-from softslip.analysis.figures.lineage import Box, _apart, _crossings, _ordered, lineage
+from softslip.analysis.figures.lineage import DiagramBox, _apart, _crossings, _ordered, lineage
 from softslip.analysis.fits import fit_laws
 from softslip.config.stages import STAGES
 from softslip.errors import ConfigError, DatasetError
@@ -584,9 +584,9 @@ def test_boxes_keep_apart_and_hold_their_texts(made: Results) -> None:
 
 
 def test_arrows_of_a_tree_do_not_cross() -> None:
-    boxes = [Box(0, f"{each}", order=(each,)) for each in range(4)]
-    boxes += [Box(1, f"{each}", order=(each % 3, each)) for each in range(12)]
-    boxes.append(Box(2, "all"))
+    boxes = [DiagramBox(0, f"{each}", order=(each,)) for each in range(4)]
+    boxes += [DiagramBox(1, f"{each}", order=(each % 3, each)) for each in range(12)]
+    boxes.append(DiagramBox(2, "all"))
     arrows = [(each % 4, 4 + each) for each in range(12)] + [(4 + each, 16) for each in range(12)]
     columns, ways = _ordered(boxes, arrows)
     assert _crossings(columns, [(way[0], way[1]) for way in ways]) == 0

@@ -40,7 +40,7 @@ TROUBLE = COLOURS[1]
 
 
 @dataclass(frozen=True)
-class Box:
+class DiagramBox:
     """Something that was made, or several alike.
 
     Attributes
@@ -71,7 +71,7 @@ Slot = tuple[int, int]
 
 @styled
 def lineage(
-    boxes: Sequence[Box],
+    boxes: Sequence[DiagramBox],
     arrows: Iterable[tuple[int, int]],
     headings: Sequence[str],
     notes: Sequence[str] = (),
@@ -132,7 +132,7 @@ def lineage(
 
 
 def _ordered(
-    boxes: Sequence[Box], arrows: Sequence[tuple[int, int]]
+    boxes: Sequence[DiagramBox], arrows: Sequence[tuple[int, int]]
 ) -> tuple[list[list[Slot]], list[list[Slot]]]:
     """Return the slots of each column in an order with few crossings, and those of each arrow."""
     last = max(box.column for box in boxes)
@@ -240,14 +240,14 @@ def _apart(wanted: FloatArray, pitch: float) -> FloatArray:
 
 
 def _width(
-    canvas: FigureCanvasAgg, boxes: Sequence[Box], column: Sequence[Slot], tall: bool
+    canvas: FigureCanvasAgg, boxes: Sequence[DiagramBox], column: Sequence[Slot], tall: bool
 ) -> float:
     """Return the width of a column's boxes [inch]."""
     there = [boxes[slot[0]] for slot in column if slot[1] < 0]
     return max((_texts(canvas, box, tall) for box in there), default=0.0) + 2 * PAD
 
 
-def _texts(canvas: FigureCanvasAgg, box: Box, tall: bool) -> float:
+def _texts(canvas: FigureCanvasAgg, box: DiagramBox, tall: bool) -> float:
     title, detail = _extent(canvas, box.title, TITLE), _extent(canvas, box.detail, DETAIL)
     return max(title, detail) if tall else title + (detail and detail + 2 * PAD)
 
@@ -284,7 +284,9 @@ def _draw_arrow(
     axes.add_patch(head)
 
 
-def _draw_box(axes: Axes, box: Box, left: float, right: float, middle: float, tall: bool) -> None:
+def _draw_box(
+    axes: Axes, box: DiagramBox, left: float, right: float, middle: float, tall: bool
+) -> None:
     """Draw a box with its texts, with others behind it where it stands for several."""
     height = HEIGHT[tall]
     edge = TROUBLE if box.trouble else "0.35"

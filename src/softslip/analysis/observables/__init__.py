@@ -4,12 +4,16 @@ Meets the solver only at the schema of the shear stage's files. "Eq.", "Fig." an
 of the paper.
 """
 
-from softslip.analysis.observables.fields import heterogeneity, mean_profile, non_affine_velocity
 from softslip.analysis.observables.seeds import mean_over_seeds
 from softslip.analysis.observables.series import parameters_of
 from softslip.analysis.observables.steady import steady_state
 from softslip.analysis.observables.tables import collect
 from softslip.analysis.observables.timescales import slip_time, yielding_time
+from softslip.analysis.observables.velocity_fields import (
+    heterogeneity,
+    mean_profile,
+    non_affine_velocity,
+)
 
 __all__ = [
     "collect",

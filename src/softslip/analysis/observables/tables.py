@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from softslip.analysis.observables.fields import heterogeneity, mean_profile
 from softslip.analysis.observables.series import (
     BULK_SERIES,
     FloatArray,
@@ -16,6 +15,7 @@ from softslip.analysis.observables.series import (
 )
 from softslip.analysis.observables.steady import FLAGS, MEANINGS, UNITS, steady_state
 from softslip.analysis.observables.timescales import slip_time, yielding_time
+from softslip.analysis.observables.velocity_fields import heterogeneity, mean_profile
 from softslip.config.parameters import Parameters
 from softslip.errors import DatasetError
 

@@ -60,7 +60,7 @@ def scenario_results(
     folder
         Where its results are.
     states
-        The state of each stage and run, as `operations.status.scenario_status` has it.
+        The state of each stage and run, as `operations.scenario_status.scenario_status` has it.
     """
     swept = {axis.label: axis.path for axis in scenario.axes}
     own = {run.ids[LAST]: run.coordinates for run in scenario.runs()}

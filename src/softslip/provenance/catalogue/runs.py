@@ -61,7 +61,7 @@ class StoredRun:
     path
         Where its dataset is, or will be.
     state
-        ``done``, or what `operations.status` says of one that is not.
+        ``done``, or what `operations.scenario_status` says of one that is not.
     parameters
         That it depends on, by their dotted paths.
     labels

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from softslip.analysis.figures.drawing import named
-from softslip.analysis.figures.lineage import Box
+from softslip.analysis.figures.lineage import DiagramBox
 from softslip.config.stages import STAGES
 from softslip.provenance.archive import FOUND
 from softslip.provenance.tracing.ancestry import Node, Trace
@@ -28,7 +28,7 @@ Kind = tuple[int, str, str]
 class Diagram:
     """What `analysis.figures.lineage` draws; see there."""
 
-    boxes: list[Box]
+    boxes: list[DiagramBox]
     arrows: list[tuple[int, int]]
     headings: list[str]
     notes: list[str]
@@ -54,7 +54,7 @@ def diagram(trace: Trace) -> Diagram:
     arrows = list(dict.fromkeys(pairs))
     if trace.values is not None:
         arrows.append((numbers[key_of[trace.nodes[0].id]], len(boxes)))
-        boxes.append(Box(last, trace.values.name, measured(trace.values)))
+        boxes.append(DiagramBox(last, trace.values.name, measured(trace.values)))
     headings = [_heading(trace, last - column) for column in range(last + 1)]
     return Diagram(boxes, arrows, headings, _notes(trace))
 
@@ -107,7 +107,7 @@ def _bundled(trace: Trace) -> set[Kind]:
     return set(counts)
 
 
-def _box(trace: Trace, nodes: list[Node], last: int) -> Box:
+def _box(trace: Trace, nodes: list[Node], last: int) -> DiagramBox:
     first, swept = nodes[0], [trace.swept.get(node.id, {}) for node in nodes]
     column = last - trace.depths[first.id] - (trace.values is not None)
     trouble = "" if first.state == FOUND else first.state
@@ -124,7 +124,7 @@ def _box(trace: Trace, nodes: list[Node], last: int) -> Box:
         detail, order = f"{first.run}  {_commits(trace, nodes)}", (first.run,)
         if first.product is not None and not first.product.is_figure:
             title = first.path.name
-    return Box(
+    return DiagramBox(
         column=column,
         title=title,
         detail=(trouble or detail).strip(),

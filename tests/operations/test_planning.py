@@ -20,7 +20,7 @@ from softslip.operations import plan as module
 from softslip.operations.costs import shipped
 from softslip.operations.failures import failure_recorded
 from softslip.operations.lock import run_lock
-from softslip.operations.plan import make_plan
+from softslip.operations.planning import make_plan
 from softslip.operations.schedule import Plan, PlannedRun, StagePlan
 
 OLD = "0" * 16

