@@ -143,7 +143,7 @@ FIGURES: Mapping[str, FigureEntry] = {
             "trajectory",
             "bench_figure",
             ("bench/trajectory",),
-            f"{_FIGURES}.trajectory:trajectory",
+            f"{_FIGURES}.trajectories_compared:trajectory",
         ),
         FigureEntry(
             "validation",
