@@ -16,7 +16,7 @@ from runs_synthetic import Work
 from softslip.config.scenario import Scenario, load_scenario
 from softslip.config.stages import STAGES
 from softslip.errors import NumericalError
-from softslip.operations import plan as module
+from softslip.operations import planning as module
 from softslip.operations.costs import shipped
 from softslip.operations.failures import failure_recorded
 from softslip.operations.lock import run_lock

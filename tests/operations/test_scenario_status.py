@@ -23,7 +23,7 @@ from softslip.errors import (
     PackingError,
 )
 from softslip.operations import checkpoint_files, listing
-from softslip.operations import status as module
+from softslip.operations import scenario_status as module
 from softslip.operations.checkpoint_files import RunProgress
 from softslip.operations.failures import failure_path, failure_recorded
 from softslip.operations.lock import holder_path, lock_path, run_lock
