@@ -139,7 +139,7 @@ REFUSALS = {
         {"hydrodynamics": {"mobility": "ewald", "regularisation": 0.5, "node_spacing": 1.3}},
         "hydrodynamics.node_spacing",
         "1.3 is more than 1.25,",
-        "'corrected' goes on",
+        "'corrected' reaches further",
     ),
     "nodes too far apart for the corrected sum": (
         {"hydrodynamics": {**CORRECTED, "regularisation": 0.05, "node_spacing": 5.1}},

@@ -34,7 +34,7 @@ def test_a_signal_at_work_leaves_a_checkpoint(
     after = chain.seconds[stage] + 0.4
     outcome = chain.run(tmp_path, stage, after=after, number=number, sabotage=slow)
     assert outcome.status == STOPPED, f"{outcome.status}: {outcome.said}"
-    assert f"Interrupted: interrupted by {number.name} at t = " in outcome.said
+    assert f"Interrupted: by {number.name} at t = " in outcome.said
     assert not chain.output(tmp_path, stage).exists()
     (checkpoint,) = tmp_path.rglob(f"*{SUFFIX}")
     assert read_header(checkpoint).step > 0

@@ -15,7 +15,7 @@ def test_a_signal_is_noted_and_the_next_one_stops(number):
         interruption.check()
         os.kill(os.getpid(), number)
         assert interruption.name == number.name
-        with pytest.raises(Interrupted, match=f"interrupted by {number.name}"):
+        with pytest.raises(Interrupted, match=f"by {number.name}"):
             os.kill(os.getpid(), number)
     assert signal.getsignal(number) is before
 

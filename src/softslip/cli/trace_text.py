@@ -215,7 +215,7 @@ def _cells(found: "Trace", node: "Node") -> list[str]:
     swept = _at(found.swept.get(node.id, {}))
     if node.product is None:
         return [node.label, swept, node.state]
-    remark = "; made again since, with the same content" if node.remade else ""
+    remark = "; recomputed since, with the same content" if node.remade else ""
     return [node.label, swept, f"{_own_facts(found, [node])}{remark}"]
 
 

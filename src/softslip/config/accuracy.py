@@ -1,7 +1,7 @@
 """From a wanted accuracy to settings: the cheapest ones whose measured error is small enough.
 
-The rows come from the trade-off dataset, see docs/accuracy.md; `softslip numerics choices` writes
-them anew.
+The rows come from the trade-off dataset, see docs/accuracy.md; `softslip numerics choices`
+replaces them.
 """
 
 import json

@@ -136,7 +136,9 @@ def _check_nodes(parameters: Tree) -> None:
     if hydrodynamics.mobility == "grid":
         limits.append((MOST_CELLS_APART, "mesh sizes, beyond which solvent leaks between nodes"))
     elif hydrodynamics.quadrature == "plain":
-        limits.append((PLAIN_SPACING * spread, "what the plain sum resolves; 'corrected' goes on"))
+        limits.append(
+            (PLAIN_SPACING * spread, "what the plain sum resolves; 'corrected' reaches further")
+        )
     else:
         limits.append((spread / LEAST_REGULARISATION, "a hundred regularisation lengths"))
     limit, what = min(limits)

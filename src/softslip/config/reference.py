@@ -154,7 +154,7 @@ def with_table(readme: str) -> str:
 
 
 def write_references(folder: Path) -> list[Path]:
-    """Write the schema, the defaults and the README's table anew; return what was written.
+    """Write the schema, the defaults and the README's table; return what was written.
 
     Parameters
     ----------

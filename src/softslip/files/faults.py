@@ -85,7 +85,7 @@ class Schema:
     Attributes
     ----------
     remedy
-        How a dataset of this stage is made anew.
+        What to do to get a dataset of this stage again.
     variables
         What each variable must look like, by name.
     groups

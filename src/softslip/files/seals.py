@@ -62,7 +62,7 @@ def check_seal(path: Path, *, required: bool = True) -> None:
                 return
             raise DatasetError(
                 f"{file_text(path)}: has no seal at its end, so that it has been cut, opened for "
-                "writing, or written by an earlier release; delete it and make it again"
+                "writing, or written by an earlier release; delete it and rerun its job"
             )
         digest = _digest(path, size)
     except OSError as error:
@@ -70,7 +70,7 @@ def check_seal(path: Path, *, required: bool = True) -> None:
     if digest.encode() != found[1]:
         raise DatasetError(
             f"{file_text(path)}: has been altered since it was written: its bytes do not fit their "
-            "seal; delete it and make it again"
+            "seal; delete it and rerun its job"
         )
 
 

@@ -168,7 +168,7 @@ def _check_digests(path: Path, dataset: xr.Dataset) -> None:
         found = dataset.attrs.get(key)
         if found != wanted:
             state = "is missing" if found is None else "does not fit what the file holds"
-            raise DatasetError(f"{file_text(path)}: {key} {state}; delete it and make it again")
+            raise DatasetError(f"{file_text(path)}: {key} {state}; delete it and rerun its job")
 
 
 def _reason(error: Exception) -> str:

@@ -114,6 +114,6 @@ class Checkpointer:
         self._last = now
         if self._interruption.name:
             raise Interrupted(
-                f"interrupted by {self._interruption.name} at t = {state.time:g} of {end:g}; "
-                "start the same command again to resume"
+                f"by {self._interruption.name} at t = {state.time:g} of {end:g}; "
+                "rerun the same command to resume"
             )

@@ -30,7 +30,7 @@ class Interruption:
             Naming the signal.
         """
         if self.name:
-            raise Interrupted(f"interrupted by {self.name}")
+            raise Interrupted(f"by {self.name}")
 
 
 @contextmanager

@@ -2,7 +2,7 @@
 
 Numba keeps compiled functions from one process to the next and compiles again when the file of a
 function has changed. It does not look at the files of the functions that were compiled into it:
-after a change there, it would go on with the old ones. Here they are kept in a folder that is named
+after a change there, it would use the old ones. Here they are kept in a folder that is named
 after the source of all kernels.
 """
 
