@@ -11,6 +11,7 @@ from shapely.affinity import translate
 
 from softslip.simulation import growth as module
 from softslip.simulation.contour import signed_areas
+from softslip.simulation.segments import find_candidates
 
 RANGE = 0.05
 AROUND = module.Surroundings(
@@ -88,9 +89,13 @@ def contacts_by_hand(position, chains, around):
     return force, gap
 
 
+def candidates_within(reach, position, chains, around):
+    return find_candidates(position, chains.body, chains.following, around.length, reach)
+
+
 def contacts(position, chains, around):
     force, gap = np.zeros_like(position), np.full(len(position), around.contact_range)
-    candidates = module.find_candidates(position, chains, around, around.contact_range)
+    candidates = candidates_within(around.contact_range, position, chains, around)
     module._add_contacts(position, chains, around, candidates, force, gap)
     return force, gap
 
@@ -159,8 +164,8 @@ def grow(position, chains, around, steps, skin=0.1):
     step, gap = 0, math.inf
     while step < steps:
         before = position.copy()
-        candidates = module.find_candidates(position, chains, around, around.contact_range + skin)
-        step, gap = module.advance(
+        candidates = candidates_within(around.contact_range + skin, position, chains, around)
+        step, gap = module.grow(
             position, velocity, chains, around, candidates, skin, (step, 100, steps)
         )
         moved = np.hypot(*(position - before).T).max()
@@ -195,17 +200,3 @@ def test_growth_without_room_stops_at_a_small_gap_before_chains_cross():
     assert left.is_simple
     assert not left.intersects(right), "the chains crossed"
     assert not translate(left, 1.0).intersects(right), "the chains crossed over the period"
-
-
-def test_candidates_hold_every_segment_within_reach():
-    position, chains = crowd()
-    reach = 0.08
-    found = module.find_candidates(position, chains, AROUND, reach)
-    for i in range(len(position)):
-        listed = set(found.segment[found.starts[i] : found.starts[i + 1]])
-        for j in np.flatnonzero(chains.body != chains.body[i]):
-            u = position[chains.following[j]] - position[j]
-            r = position[i] - position[j]
-            r[0] -= AROUND.length * np.round(r[0] / AROUND.length)
-            h = np.hypot(*(r - np.clip(r @ u / (u @ u), 0, 1) * u))
-            assert h > reach or j in listed, f"segment {j} is {h:.3g} from node {i}, unlisted"

@@ -196,5 +196,5 @@ def test_failing_lammps_is_an_error_with_the_tail_of_its_log():
 
 def test_discs_without_room_are_an_error():
     wall, generator = WallContour(0.1, 0.0, 0), np.random.default_rng(1)
-    with pytest.raises(PackingError, match="find no place at random"):
+    with pytest.raises(PackingError, match="cannot be placed at random between walls"):
         module._random_placement(np.full(60, 0.01), wall, 0.03, generator)

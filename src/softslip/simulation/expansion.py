@@ -25,8 +25,9 @@ from softslip.simulation.contour import (
     split,
     with_area,
 )
-from softslip.simulation.growth import CLOSEST_GAP, Chains, Surroundings, advance, find_candidates
+from softslip.simulation.growth import CLOSEST_GAP, Chains, Surroundings, grow
 from softslip.simulation.sample import particle_radii, wall_contour
+from softslip.simulation.segments import find_candidates
 from softslip.solver.geometry import FloatArray, IntArray
 
 FEWEST_NODES = 16
@@ -126,16 +127,11 @@ def _grown(
     skin = SKIN_FACTOR * around.contact_range
     step, last = 0, expansion.ramp_steps + expansion.relaxation_steps
     while step < last:
-        candidates = find_candidates(position, chains, around, around.contact_range + skin)
-        step, gap = advance(
-            position,
-            velocity,
-            chains,
-            around,
-            candidates,
-            skin,
-            (step, expansion.ramp_steps, last),
+        candidates = find_candidates(
+            position, chains.body, chains.following, around.length, around.contact_range + skin
         )
+        steps = (step, expansion.ramp_steps, last)
+        step, gap = grow(position, velocity, chains, around, candidates, skin, steps)
         # Written so that NaN fails too.
         if not gap >= CLOSEST_GAP * around.contact_range:
             raise ExpansionError(

@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from softslip.simulation.segments import Candidates
 from softslip.solver.compilation import compiled
 from softslip.solver.geometry import FloatArray, IntArray
-from softslip.solver.neighbours import find_pairs
 
 CONTACT_EXPONENT = 4
 """Steepness of the contact pressure P_c [(r / h)^4 - 1] at a gap h below the range r."""
@@ -29,7 +29,7 @@ LARGEST_MOVE = 0.2
 membranes, each moving towards the other, cannot cross."""
 
 CLOSEST_GAP = 0.05
-"""Gap over the contact range below which growth stops: there is no room left."""
+"""Gap over the contact range below which growth stops."""
 
 
 class Chains(NamedTuple):
@@ -80,67 +80,8 @@ class Surroundings(NamedTuple):
     contact_pressure: float
 
 
-class Candidates(NamedTuple):
-    """Segments that each node may touch, chain by chain.
-
-    Attributes
-    ----------
-    starts
-        The candidates of node i are entries ``starts[i]:starts[i + 1]``, shape (nodes + 1,).
-    segment
-        First node of each segment, ascending for each node.
-    shift
-        What to add to the segment's x to bring it next to the node [length unit].
-    """
-
-    starts: IntArray
-    segment: IntArray
-    shift: FloatArray
-
-
-def find_candidates(
-    position: FloatArray, chains: Chains, around: Surroundings, reach: float
-) -> Candidates:
-    """Return all segments of other chains within ``reach`` of each node.
-
-    A segment is at most as far as its first node, and no nearer than that less its length.
-    """
-    steps = position[chains.following] - position
-    longest = float(np.hypot(steps[:, 0], steps[:, 1]).max())
-    starts, partners = find_pairs(
-        position, chains.body, len(chains.offsets), around.length, reach + longest
-    )
-    return Candidates(*_both_ways(position, starts, partners, around.length))
-
-
 @compiled
-def _both_ways(
-    position: FloatArray, starts: IntArray, partners: IntArray, length: float
-) -> tuple[IntArray, IntArray, FloatArray]:
-    """Turn pairs i < j into the list of every node's partners, ascending, with their shifts."""
-    count = len(starts) - 1
-    first = np.zeros(count + 1, np.int64)
-    for i in range(count):
-        first[i + 1] += starts[i + 1] - starts[i]
-        for m in range(starts[i], starts[i + 1]):
-            first[partners[m] + 1] += 1
-    first = np.cumsum(first)
-    fill = first[:-1].copy()
-    segment = np.empty(first[count], np.int64)
-    shift = np.empty(first[count])
-    for i in range(count):
-        for m in range(starts[i], starts[i + 1]):
-            j = partners[m]
-            image = length * math.floor((position[j, 0] - position[i, 0]) / length + 0.5)
-            segment[fill[i]], shift[fill[i]] = j, -image
-            segment[fill[j]], shift[fill[j]] = i, image
-            fill[i] += 1
-            fill[j] += 1
-    return first, segment, shift
-
-
-@compiled
-def advance(
+def grow(
     position: FloatArray,
     velocity: FloatArray,
     chains: Chains,
@@ -322,7 +263,7 @@ def _move(
         velocity[i, 1] = MOMENTUM * velocity[i, 1] + dt * force[i, 1]
         gg += gx * gx + gy * gy
         vg += velocity[i, 0] * gx + velocity[i, 1] * gy
-        # The forces are used up: their room keeps the gradient, as nodes are about to move.
+        # From here on the array holds the gradient of the area: the nodes are about to move.
         force[i, 0], force[i, 1] = gx, gy
     for i in range(low, high):
         gx, gy = force[i, 0], force[i, 1]

@@ -9,7 +9,8 @@ import xarray as xr
 from softslip.config.parameters import Parameters
 from softslip.files.quantities import described
 from softslip.simulation.assembly import assemble, layout_of, mean_flow
-from softslip.simulation.record import Observer, Recorder
+from softslip.simulation.observer import Observer
+from softslip.simulation.record import Recorder
 from softslip.simulation.trajectory import Advanced, Callbacks, Effort, Progress, advance, ignore
 from softslip.solver.geometry import FloatArray, Layout
 from softslip.solver.state import State

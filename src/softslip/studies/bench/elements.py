@@ -10,7 +10,7 @@ import numpy as np
 
 from softslip.config.parameters import Parameters
 from softslip.simulation import assembly
-from softslip.simulation.record import Observer
+from softslip.simulation.observer import Observer
 from softslip.solver.geometry import FloatArray
 from softslip.studies import boxes, scenes
 from softslip.studies.bench.elements_scenes import DILUTE, MARGIN, ROUGHNESS, Scenes

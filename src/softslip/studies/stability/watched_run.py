@@ -10,7 +10,7 @@ import numpy as np
 
 from softslip.config.parameters import Parameters
 from softslip.simulation import assembly
-from softslip.simulation.record import Observer
+from softslip.simulation.observer import Observer
 from softslip.simulation.trajectory import Advanced
 from softslip.solver.geometry import LOWER, UPPER, Layout
 from softslip.solver.state import State
