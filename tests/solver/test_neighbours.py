@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 import scenes
 import twins
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial import cKDTree
 
 from softslip.solver.geometry import Layout
 from softslip.solver.neighbours import SKIN, ContactList, find_pairs
@@ -38,6 +39,20 @@ def test_pairs_are_those_of_brute_force(seed, length):
     found = find_pairs(positions, body, walls_from, length, REACH)
     wanted = twins.close_pairs(positions, body, walls_from, length, REACH)
     assert_same_pairs(listed(*found), wanted)
+
+
+@given(seeds, st.floats(1e-3, 0.3))
+@settings(max_examples=10)
+def test_pairs_are_those_of_a_k_d_tree(seed, reach):
+    """Of thousands of nodes, across the period too, but not within a body or between walls."""
+    positions, body, walls_from = configuration(seed, 1.0, bodies=40, per_body=60)
+    tree = cKDTree(positions % (1.0, np.inf), boxsize=(1.0, 0.0))
+    close = tree.query_pairs(reach, output_type="ndarray")
+    first, second = body[close].T
+    close = close[(first != second) & (np.minimum(first, second) < walls_from)]
+    starts, partners = find_pairs(positions, body, walls_from, 1.0, reach)
+    assert len(partners) == len(close)
+    assert_same_pairs(listed(starts, partners), np.sort(close, axis=1).T)
 
 
 @given(seeds, st.floats(1e-3, 0.5))

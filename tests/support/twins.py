@@ -160,3 +160,11 @@ def evaluate_kernel(offsets):
         else:
             values[i] = 0.0
     return values
+
+
+def mesh_velocity(solver, positions, forces):
+    """Velocity D × (ψ ẑ) of the mesh scheme on its mesh, shape (N_x, N_y, 2) (Eqs. 9 and 12)."""
+    psi = solver.streamfunction(positions, forces)
+    along = np.roll(psi, -1, axis=1) - np.roll(psi, 1, axis=1)
+    across = np.roll(psi, 1, axis=0) - np.roll(psi, -1, axis=0)
+    return np.stack((along, across), axis=-1) / (2 * solver.mesh_size)

@@ -34,12 +34,12 @@ def regularisation_of(parameters: Parameters) -> float:
 
 def split_length_of(parameters: Parameters) -> float:
     """Return the split length a of the Ewald sum [length unit]."""
-    given, box = parameters.hydrodynamics, channel_box(parameters)
+    hydrodynamics, box = parameters.hydrodynamics, channel_box(parameters)
     return split_length(
-        given.split,
-        given.regularisation or 1.0,
-        given.node_spacing,
-        given.resolution,
+        hydrodynamics.split,
+        hydrodynamics.regularisation or 1.0,
+        hydrodynamics.node_spacing,
+        hydrodynamics.resolution,
         farthest_reach(box),
     )
 

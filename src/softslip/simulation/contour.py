@@ -104,7 +104,7 @@ def resample(nodes: FloatArray, count: int) -> FloatArray:
     nodes
         Points of the contour in order, shape (points, 2), the first not repeated.
     count
-        Number of points wanted.
+        Number of points.
 
     Returns
     -------
@@ -116,8 +116,8 @@ def resample(nodes: FloatArray, count: int) -> FloatArray:
     spline = CubicSpline(chord, closed, bc_type="periodic")
     fine = np.linspace(0.0, chord[-1], _SPLINE_POINTS_PER_NODE * max(count, len(nodes)) + 1)
     arc = np.append(0.0, np.cumsum(np.hypot(*np.diff(spline(fine), axis=0).T)))
-    wanted = np.arange(count) * (arc[-1] / count)
-    return np.asarray(spline(np.interp(wanted, arc, fine)), dtype=float)
+    equal = np.arange(count) * (arc[-1] / count)
+    return np.asarray(spline(np.interp(equal, arc, fine)), dtype=float)
 
 
 def with_area(nodes: FloatArray, area: float) -> FloatArray:
@@ -219,11 +219,11 @@ def _check_areas(
             f"particle {worst} has area {area[worst]:.6g} instead of {target[worst]:.6g}, off by "
             f"more than expansion.area_tolerance {tolerance:g}; {_REMEDY}"
         )
-    wanted = parameters.suspension.area_fraction
+    prescribed = parameters.suspension.area_fraction
     fraction = float(area.sum()) / reference_area(parameters)
-    if abs(fraction - wanted) > AREA_FRACTION_TOLERANCE * wanted:
+    if abs(fraction - prescribed) > AREA_FRACTION_TOLERANCE * prescribed:
         raise ExpansionError(
-            f"the area fraction is {fraction:.6g} instead of {wanted:g}, off by more than one "
+            f"the area fraction is {fraction:.6g} instead of {prescribed:g}, off by more than one "
             f"part in {1 / AREA_FRACTION_TOLERANCE:g}; {_REMEDY}"
         )
     return fraction, float(error.max(initial=0.0))

@@ -34,7 +34,7 @@ def particle_radii(parameters: Parameters) -> FloatArray:
     """Return the radius of each particle as a disc of its area, shape (particles,).
 
     Half of the particles (rounded up) are small, half are larger by the size ratio. Their number
-    is the one nearest to the wanted mean radius; the radii then give the exact area fraction.
+    is the one nearest to the prescribed mean radius; the radii then give the exact area fraction.
     """
     suspension = parameters.suspension
     area = suspension.area_fraction * reference_area(parameters)

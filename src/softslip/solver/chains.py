@@ -148,11 +148,11 @@ def refine(
     positions: FloatArray,
     offsets: IntArray,
     jumps: FloatArray,
-    wanted: BoolArray,
+    selected: BoolArray,
     weights: FloatArray,
     points: FloatArray,
 ) -> None:
-    """Place m points per node along each wanted chain, at the material coordinates s + q/m.
+    """Place m points per node along each selected chain, at the material coordinates s + q/m.
 
     Parameters
     ----------
@@ -163,18 +163,18 @@ def refine(
     jumps
         What x gains along each whole chain, shape (chains,): 0 for a membrane, ±L_x for a wall
         [length unit].
-    wanted
-        Whether a chain needs its points, shape (chains,).
+    selected
+        Which chains get their points, shape (chains,).
     weights
         Of `lagrange_weights`, shape (m, 6).
     points
         Output, shape (m nodes, 2): point q of node s is row m s + q.
     """
     factor = weights.shape[0]
-    room = longest_chain(offsets) + 2 * PADDING
-    x, y = np.empty(room), np.empty(room)
+    size = longest_chain(offsets) + 2 * PADDING
+    x, y = np.empty(size), np.empty(size)
     for p in range(offsets.size - 1):
-        if not wanted[p]:
+        if not selected[p]:
             continue
         count = unroll(positions, offsets[p], offsets[p + 1], jumps[p], x, y)
         chain = points[factor * offsets[p] : factor * offsets[p + 1]]
@@ -201,7 +201,7 @@ def _interpolate(
 def carry_back(
     point_forces: FloatArray,
     offsets: IntArray,
-    wanted: BoolArray,
+    selected: BoolArray,
     weights: FloatArray,
     forces: FloatArray,
 ) -> None:
@@ -211,16 +211,16 @@ def carry_back(
     ----------
     point_forces
         Shape (m nodes, 2) [force per unit length of the third direction].
-    offsets, wanted, weights
+    offsets, selected, weights
         As in `refine`.
     forces
         Of the nodes, added to, shape (nodes, 2).
     """
     factor = weights.shape[0]
-    room = longest_chain(offsets) + _NODES
-    x, y = np.zeros(room), np.zeros(room)
+    size = longest_chain(offsets) + _NODES
+    x, y = np.zeros(size), np.zeros(size)
     for p in range(offsets.size - 1):
-        if not wanted[p]:
+        if not selected[p]:
             continue
         first, count = offsets[p], offsets[p + 1] - offsets[p]
         # Entry s of both belongs to node s - _BEFORE; what sticks out is folded back below.

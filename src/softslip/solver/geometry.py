@@ -204,7 +204,7 @@ class Layout:
 
 
 def wall_positions(contour: WallContour, height: float, spacing: float) -> FloatArray:
-    """Return both walls' nodes at about the wanted spacing, shape (2, nodes of one wall, 2)."""
+    """Return both walls' nodes about a spacing apart, shape (2, nodes of one wall, 2)."""
     lower = contour.points(max(round(contour.arc_length / spacing), 8))
     upper = np.column_stack((lower[:, 0], height - lower[:, 1]))
     return np.stack((lower, upper))

@@ -24,7 +24,7 @@ def best_split(regularisation: float, node_spacing: float) -> float:
 
 
 def split_length(
-    given: float | None,
+    split: float | None,
     regularisation: float,
     node_spacing: float,
     resolution: int,
@@ -32,19 +32,19 @@ def split_length(
 ) -> float:
     """Return the split length a of the Ewald sum [length unit], chosen where none is given.
 
-    Where the box has no room for the one that costs least, it is as long as there is room for.
+    The one that costs least, or the longest that the box allows.
 
     Parameters
     ----------
-    given, regularisation, node_spacing
-        a, if it is given, ε and Δs, all in mesh sizes.
+    split, regularisation, node_spacing
+        a, None to choose it, ε and Δs, all in mesh sizes.
     resolution
         Mesh sizes per unit length.
     farthest_reach
         See `farthest_reach` [length unit].
     """
-    if given is not None:
-        return given / resolution
+    if split is not None:
+        return split / resolution
     best = best_split(regularisation, node_spacing)
     return min(best / resolution, farthest_reach / EWALD_REACH)
 

@@ -12,7 +12,7 @@ Vector = NDArray[np.float64]
 class Memory:
     """What a stepper remembers from one step to the next.
 
-    Stored with the solution, it lets a run go on bit for bit.
+    Stored with the solution, it lets a run resume bit for bit.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class Memory:
 
     @classmethod
     def start(cls, step: float) -> "Memory":
-        """Return the memory of a run that has not begun and would like ``step`` first."""
+        """Return the memory of a run before its first step, which is to be ``step``."""
         return cls(step_size=step, spectral_radius=0.0, radius_age=0, direction=np.empty(0))
 
     def older(self) -> "Memory":

@@ -36,65 +36,6 @@ def _stencil(coordinate: float, weights: FloatArray, differences: FloatArray) ->
 
 
 @compiled
-def spread(
-    positions: FloatArray, amounts: FloatArray, mesh_size: float, density: FloatArray
-) -> None:
-    """Add Σ_s A_s δ_h(x_ij - X_s) to a mesh field (Eq. 28).
-
-    Parameters
-    ----------
-    positions
-        Shape (nodes, 2) [length unit].
-    amounts
-        One component of the node forces, shape (nodes,).
-    mesh_size
-        dx [length unit].
-    density
-        Mesh field that is added to, shape (N_x, N_y).
-    """
-    nx, ny = density.shape
-    wx, wy = np.empty(SUPPORT), np.empty(SUPPORT)
-    ix, iy = np.empty(SUPPORT, np.int64), np.empty(SUPPORT, np.int64)
-    for s in range(positions.shape[0]):
-        _wrap(kernel_weights(positions[s, 0] / mesh_size, wx), nx, ix)
-        _wrap(kernel_weights(positions[s, 1] / mesh_size, wy), ny, iy)
-        scale = amounts[s] / (mesh_size * mesh_size)
-        for a in range(SUPPORT):
-            for b in range(SUPPORT):
-                density[ix[a], iy[b]] += scale * wx[a] * wy[b]
-
-
-@compiled
-def interpolate(
-    positions: FloatArray, field: FloatArray, mesh_size: float, values: FloatArray
-) -> None:
-    """Set each value to Σ_ij φ_ij δ_h(x_ij - X_s) dx² (Eq. 15).
-
-    Parameters
-    ----------
-    positions
-        Shape (nodes, 2) [length unit].
-    field
-        Mesh field, shape (N_x, N_y).
-    mesh_size
-        dx [length unit].
-    values
-        Output, shape (nodes,).
-    """
-    nx, ny = field.shape
-    wx, wy = np.empty(SUPPORT), np.empty(SUPPORT)
-    ix, iy = np.empty(SUPPORT, np.int64), np.empty(SUPPORT, np.int64)
-    for s in range(positions.shape[0]):
-        _wrap(kernel_weights(positions[s, 0] / mesh_size, wx), nx, ix)
-        _wrap(kernel_weights(positions[s, 1] / mesh_size, wy), ny, iy)
-        total = 0.0
-        for a in range(SUPPORT):
-            for b in range(SUPPORT):
-                total += wx[a] * wy[b] * field[ix[a], iy[b]]
-        values[s] = total
-
-
-@compiled
 def spread_curl(
     positions: FloatArray, forces: FloatArray, mesh_size: float, curl: FloatArray
 ) -> None:
@@ -181,7 +122,7 @@ def interpolate_curl(
 def spread_across(
     heights: FloatArray, amounts: FloatArray, mesh_size: float, density: FloatArray
 ) -> None:
-    """Add Σ_s A_s δ_h(y_j - Y_s) to a field of mesh heights: the x-sum of `spread` times dx.
+    """Add Σ_s A_s δ_h(y_j - Y_s) to a field of mesh heights: the x-sum of Eq. 28 times dx.
 
     Parameters
     ----------

@@ -10,6 +10,7 @@ import pytest
 import scenes
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial import cKDTree
 
 from softslip.errors import ConfigError
 from softslip.simulation import assembly, hydrodynamics
@@ -18,7 +19,6 @@ from softslip.solver.geometry import Box
 from softslip.solver.mobility import ewald as module
 from softslip.solver.mobility.ewald import EwaldMobility
 from softslip.solver.mobility.grid import GridMobility, regularisation_length
-from softslip.solver.neighbours import find_pairs
 from softslip.solver.splitting import EWALD_REACH, SPLIT_OVER_SPACING, best_split
 from softslip.solver.state import State
 
@@ -213,12 +213,16 @@ def test_rigid_walls_within_each_others_reach_are_refused():
         EwaldMobility(BOX, EPSILON, 1.0, SPLIT, rigid=close)
 
 
-def test_pairs_are_counted():
-    positions, forces = cloud(9, count=300)
-    mobility = EwaldMobility(BOX, EPSILON, 1.0, SPLIT)
-    mobility.velocities(positions, forces)
-    starts, _ = find_pairs(positions, np.arange(300), 300, BOX.length, mobility.reach)
-    assert mobility.pairs == starts[-1] > 0
+@pytest.mark.parametrize("rigid", [None, walls(400)])
+def test_pairs_are_as_many_as_a_k_d_tree_finds_within_the_reach(rigid):
+    """Between nodes in the channel, between them and the walls, and within each wall."""
+    inner, _ = cloud(9, count=3000)
+    positions = np.concatenate((inner, walls(400, (0.3, -1.7))))
+    mobility = EwaldMobility(BOX, EPSILON, 1.0, SPLIT, rigid=rigid)
+    mobility.velocities(positions, np.zeros_like(positions))
+    tree = cKDTree(positions % (BOX.length, np.inf), boxsize=(BOX.length, 0.0))
+    close = tree.query_pairs(mobility.reach, output_type="ndarray")
+    assert mobility.pairs == len(close) > 10**5
 
 
 def test_a_node_that_is_no_number_spoils_the_result_visibly():

@@ -9,7 +9,7 @@ import scenes
 from exact_flows import ShearWave, Vortices
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from twins import evaluate_kernel
+from twins import evaluate_kernel, mesh_velocity
 
 from softslip.solver.geometry import Box
 from softslip.solver.mobility.grid import GridMobility, laplacian_symbol
@@ -127,7 +127,7 @@ def test_translations_by_a_fraction_of_a_cell_change_little():
 @given(seeds, st.sampled_from(SYMBOLS))
 def test_flow_is_divergence_free_and_carries_no_net_flow(seed, symbol):
     positions, forces = nodes(seed)
-    field = mobility(symbol).velocity_field(positions, forces)
+    field = mesh_velocity(mobility(symbol), positions, forces)
     divergence = sum(
         (np.roll(field[..., axis], -1, axis) - np.roll(field[..., axis], 1, axis)) / (2 * MESH)
         for axis in (0, 1)
@@ -175,7 +175,7 @@ def test_mesh_velocity_interpolates_to_the_node_velocity():
     solver = mobility()
     found = solver.velocities(positions, forces)
     points = mesh_points(BOX, RESOLUTION)
-    field = solver.velocity_field(positions, forces).reshape(-1, 2)
+    field = mesh_velocity(solver, positions, forces).reshape(-1, 2)
     offset = (points[None] - positions[:, None]) / MESH
     offset -= np.round(offset * MESH / (BOX.length, BOX.period)) * np.array(solver.shape)
     weights = evaluate_kernel(offset.ravel()).reshape(offset.shape).prod(axis=-1)

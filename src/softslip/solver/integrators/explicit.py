@@ -15,7 +15,7 @@ RADIUS_SAFETY = 1.05
 5 % short where it stops in dense packings."""
 
 RADIUS_AGE = 200
-"""Steps after which the spectral radius is estimated anew, at the cost of a few of them."""
+"""Steps after which the spectral radius is estimated again, at the cost of a few of them."""
 
 ADVISED = 0.7
 """Advised step over the longest stable one: contacts stiffen as films thin."""

@@ -12,7 +12,7 @@ from softslip.solver.stepper_memory import Memory, Vector
 Rate = Callable[[Vector, float], Vector]
 """dy/dt of (y, t). It leaves y alone and returns an array that it never writes to again."""
 
-_LANDING = 1e-9  # relative excess over the wanted step that is not worth another step
+_LANDING = 1e-9  # relative excess over the longest step that is not worth another one
 
 compiled = nb.njit(cache=True, fastmath={"contract", "reassoc", "nsz", "arcp"}, error_model="numpy")
 """How the loops of the steppers are compiled: with the freedoms that hide no NaN or Inf."""
@@ -119,11 +119,11 @@ class StepStart:
     rate: Vector
 
 
-def landing(time: float, until: float, wanted: float) -> tuple[float, float]:
-    """Return Δt, at most about ``wanted``, that divides what is left to ``until``, and its end."""
+def landing(time: float, until: float, longest: float) -> tuple[float, float]:
+    """Return Δt, at most about ``longest``, that divides the time up to ``until``, and its end."""
     if until == math.inf:
-        return wanted, time + wanted
-    count = math.ceil((until - time) / wanted * (1.0 - _LANDING))
+        return longest, time + longest
+    count = math.ceil((until - time) / longest * (1.0 - _LANDING))
     if count <= 1:
         return until - time, until
     dt = (until - time) / count

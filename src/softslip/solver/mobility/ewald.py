@@ -223,7 +223,7 @@ class EwaldMobility:
     ) -> None:
         """Add the near velocities of nodes; all arrays have shape (nodes, 2)."""
         velocities += self._on_itself * forces
-        found = add_near(
+        free_pairs = add_near(
             points,
             forces,
             *listed,
@@ -236,7 +236,7 @@ class EwaldMobility:
         )
         first = len(velocities) - self._rigid.nodes
         self._rigid.add(forces[first:], velocities[first:])
-        self.pairs = found + self._rigid.pairs
+        self.pairs = free_pairs + self._rigid.pairs
 
     def _far(self, positions: FloatArray, forces: FloatArray) -> FloatArray:
         points = positions.T.copy()

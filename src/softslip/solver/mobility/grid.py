@@ -111,11 +111,3 @@ class GridMobility:
         result = np.empty_like(points)
         interpolate_curl(points, self.streamfunction(positions, forces), self.mesh_size, result)
         return result
-
-    def velocity_field(self, positions: FloatArray, forces: FloatArray) -> FloatArray:
-        """Return the velocity D × (ψ ẑ) on the mesh, shape (N_x, N_y, 2)."""
-        psi = self.streamfunction(positions, forces)
-        along = np.roll(psi, -1, axis=1) - np.roll(psi, 1, axis=1)
-        across = np.roll(psi, 1, axis=0) - np.roll(psi, -1, axis=0)
-        field: FloatArray = np.stack((along, across), axis=-1) / (2 * self.mesh_size)
-        return field
