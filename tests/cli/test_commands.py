@@ -80,7 +80,7 @@ def test_tables_fits_and_figures_follow(results: Path) -> None:
     assert status == 0, said
     assert "too few" in said, f"two short runs give no law, but it says {said!r}"
     figures = {
-        "flow_curves": [results / "flow_curve.nc", results / "fits.nc"],
+        "fig5": [results / "flow_curve.nc", results / "fits.nc"],
         "creep": [results / "creep.nc"],
         "profiles": [results / "profiles.nc"],
         "snapshot": [next((results / "shear").glob("*.nc"))],

@@ -53,7 +53,7 @@ def test_every_spelling_says_the_same(command: tuple[str, ...], spelling: str) -
     expected = call(name, "demo", *options)
     if name in ("export", "trace") and spelling.endswith(".nc"):
         # A file is traced and exported as it is; a scenario by its figure.
-        target = "results/demo/figures/flow_curves.png"
+        target = "results/demo/figures/fig5.png"
     said = call(name, target, *options)
     assert expected.exit_code in (0, 1)
     assert "Error" not in expected.stderr
@@ -75,9 +75,7 @@ def test_a_file_is_asked_as_its_folder() -> None:
 
 
 @pytest.mark.parametrize("spelling", SPELLINGS)
-@pytest.mark.parametrize(
-    ("words", "name"), [(("fit",), "a.nc"), (("draw", "flow_curves"), "a.png")]
-)
+@pytest.mark.parametrize(("words", "name"), [(("fit",), "a.nc"), (("draw", "fig5"), "a.png")])
 def test_every_spelling_is_read(
     words: tuple[str, ...], name: str, spelling: str, tmp_path: Path
 ) -> None:
@@ -101,8 +99,8 @@ def test_a_renamed_folder_is_of_the_scenario_that_its_tables_name(tmp_path: Path
         (("verify", "results/none"), ("results/none", "is no folder", "results/demo")),
         (("status", "config"), ("config/config.yaml", "--results config")),
         (("status", "results/demo", "--results", "results/demo"), ("is given with a folder",)),
-        (("trace", "config"), ("figures/flow_curves.png", "flow_curve.nc", "snakemake")),
-        (("export", "config"), ("figures/flow_curves.png", "flow_curve.nc", "snakemake")),
+        (("trace", "config"), ("figures/fig5.png", "flow_curve.nc", "snakemake")),
+        (("export", "config"), ("figures/fig5.png", "flow_curve.nc", "snakemake")),
         (("draw", "snapshot", "demo", "--output", "x.png"), ("demo",)),
     ],
 )
@@ -116,5 +114,5 @@ def test_what_names_no_results_is_refused_in_one_line(
 
 
 def test_files_lie_in_their_results_folder() -> None:
-    for name in ("", "fits.nc", "figures/flow_curves.png", "figures", "shear"):
+    for name in ("", "fits.nc", "figures/fig5.png", "figures", "shear"):
         assert results_folder(Path("results/demo") / name) == Path("results/demo")

@@ -59,7 +59,7 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
         output = results / f"{table}.nc"
         done("gather", table, scenario, "--results", results, "--output", output)
     done("fit", results / "flow_curve.nc", "--output", results / "fits.nc")
-    data = {"flow_curves": ("flow_curve", "fits"), "creep": ("creep",), "profiles": ("profiles",)}
+    data = {"fig5": ("flow_curve", "fits"), "creep": ("creep",), "profiles": ("profiles",)}
     for figure, names in data.items():
         output = results / "figures" / f"{figure}.png"
         done("draw", figure, *(results / f"{name}.nc" for name in names), "--output", output)
@@ -139,7 +139,7 @@ def test_python_gives_the_same_as_the_command(inside: Path, tmp_path: Path) -> N
     assert chosen.records(run.run[:6]).attrs["run"] == run.run
 
 
-@pytest.mark.parametrize("name", ["flow_curves", "creep", "profiles", "snapshots/*"])
+@pytest.mark.parametrize("name", ["fig5", "creep", "profiles", "snapshots/*"])
 def test_figures_of_real_runs_are_exported(inside: Path, tmp_path: Path, name: str) -> None:
     (figure,) = Path("results/desk/figures").glob(f"{name}.png")
     output = tmp_path / "out.csv"

@@ -97,9 +97,9 @@ def test_all_lists_every_run_and_value(made: Results) -> None:
 
 
 def test_a_figure_is_named_with_all_its_runs(made: Results) -> None:
-    path = made.folder / "figures" / "flow_curves.png"
+    path = made.folder / "figures" / "fig5.png"
     said = lines(path)
-    assert said[:2] == [f"flow_curves demo, {path}", "from 15 shear runs, seeds 1-2"]
+    assert said[:2] == [f"fig5 demo, {path}", "from 15 shear runs, seeds 1-2"]
 
 
 def test_json_holds_all_of_it_in_a_stable_order(made: Results) -> None:
@@ -129,11 +129,11 @@ def test_problems_are_printed_and_end_it_with_status_1(made: Results, tmp_path: 
     results = made.copy(tmp_path / "demo")
     path = results.place("ageing", 0.2, 0.0)
     path.unlink()
-    said = lines(results.folder / "figures" / "flow_curves.png", status=1)
+    said = lines(results.folder / "figures" / "fig5.png", status=1)
     assert said[-2] == "1 problem:"
     assert said[-1].endswith(f"was made from ageing {path.stem}, but {path} is not there")
     assert any("4 ageing runs: " in line and "1 missing" in line for line in said)
-    result = call(results.folder / "figures" / "flow_curves.png", "--json")
+    result = call(results.folder / "figures" / "fig5.png", "--json")
     assert result.exit_code == 1
     assert len(json.loads(result.stdout)["problems"]) == 1
 

@@ -74,10 +74,10 @@ def test_problems_come_first_and_end_in_status_1(results: Path) -> None:
 
 
 def test_what_is_missing_is_named_and_only_a_problem_when_asked(results: Path) -> None:
-    (results / "figures" / "creep.png").unlink()
+    (results / "figures" / "fig8.png").unlink()
     result = call(results)
     assert result.exit_code == 0
-    assert "missing: figures/creep.png" in result.stdout
+    assert "missing: figures/fig8.png" in result.stdout
     assert call(results, "--complete").exit_code == 1
 
 
@@ -136,20 +136,20 @@ def test_a_seed_that_was_not_given_can_be_used_again(results: Path) -> None:
 
 
 def test_a_forged_figure_is_found_out_by_making_it_again(results: Path) -> None:
-    path = results / "figures" / "creep.png"
+    path = results / "figures" / "fig8.png"
     small_results.forge_figure(path, {}, lambda pixels: pixels[::-1].copy())
     assert call(results).exit_code == 0
     result = call(results, "--full")
     assert result.exit_code == 1
     (row, *_) = rows(result.stdout)
-    assert row[:3] == ["figures/creep.png", "problem", "differs (whole)"]
+    assert row[:3] == ["figures/fig8.png", "problem", "differs (whole)"]
     assert "pixels" in row[3]
     assert "14 recomputed" in result.stdout
 
 
 def test_the_report_states_quantities_tolerances_and_reasons(results: Path) -> None:
     fits = results / "fits.nc"
-    (results / "figures" / "flow_curves.png").unlink()
+    (results / "figures" / "fig5.png").unlink()
     provenance = edited_json(attribute(fits, "provenance"), processor="another one")
     edit(fits, {"provenance": provenance, "summary": "A forged one"})
     redigest(fits)

@@ -50,7 +50,7 @@ def main() -> None:
     shutil.rmtree(less, ignore_errors=True)
     shutil.copytree(project / "results" / "small", less)
     (less / "fits.nc").unlink()
-    (less / "figures" / "flow_curves.png").unlink()
+    (less / "figures" / "fig5.png").unlink()
     call(project, *pack, "--results", str(less), "--partial", "--zip", str(folder / "partial.zip"))
 
 

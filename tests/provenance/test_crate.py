@@ -503,16 +503,16 @@ def results_of(project):
 def test_missing_results_are_refused_unless_asked_for(own):
     results = results_of(own)
     (results / "fits.nc").unlink()
-    (results / "figures" / "flow_curves.png").unlink()
+    (results / "figures" / "fig5.png").unlink()
     with pytest.raises(DatasetError) as refused:
         collected(own)
-    assert "2 of 14 results are missing (fits.nc, figures/flow_curves.png)" in str(refused.value)
+    assert "2 of 14 results are missing (fits.nc, figures/fig5.png)" in str(refused.value)
     assert str(refused.value).endswith("or give --partial")
     items = files_of(collected(own, partial=True), Credits())
     entities = graph(items)
     run = entities["#workflow-run"]
     assert run["actionStatus"] == "http://schema.org/FailedActionStatus"
-    gap = "2 of 14 results are missing: fits.nc, figures/flow_curves.png."
+    gap = "2 of 14 results are missing: fits.nc, figures/fig5.png."
     assert run["error"] == gap
     assert entities["./"]["description"].endswith(gap)
     assert "- `fits.nc`" in text(items, "README.md")
@@ -569,7 +569,7 @@ def test_a_dataset_that_was_altered_is_refused(own):
 
 
 def test_a_damaged_figure_is_refused(own):
-    path = results_of(own) / "figures" / "creep.png"
+    path = results_of(own) / "figures" / "fig8.png"
     content = bytearray(path.read_bytes())
     content[len(content) // 2] ^= 1
     path.write_bytes(content)
@@ -586,7 +586,7 @@ def test_a_result_in_the_place_of_another_is_refused(own):
 
 def test_a_figure_in_the_place_of_another_is_refused(own):
     figures = results_of(own) / "figures"
-    shutil.copy(figures / "creep.png", figures / "profiles.png")
+    shutil.copy(figures / "fig8.png", figures / "fig4.png")
     with pytest.raises(DatasetError, match=r"profiles\.png: is of title 'creep', not 'profiles'"):
         collected(own)
 

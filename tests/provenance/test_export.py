@@ -69,7 +69,7 @@ def desk(tmp_path_factory):
     curve = put(flow_curve(runs), folder / "flow_curve.nc", "flow_curve")
     fits = put(fit_laws(curve), folder / "fits.nc", "fits", [curve])
     creeps = put(creep(runs), folder / "creep.nc", "creep")
-    draw("flow_curves", folder / "figures" / "flow_curves.png", curve, fits)
+    draw("fig5", folder / "figures" / "fig5.png", curve, fits)
     draw("creep", folder / "figures" / "creep.svg", creeps)
     return folder
 
@@ -93,13 +93,13 @@ def frame_of(text):
 
 
 def test_a_figures_numbers_come_back_exactly(desk):
-    path = desk / "figures" / "flow_curves.png"
+    path = desk / "figures" / "fig5.png"
     table, notes = figure_table(path)
     assert notes == ()
     frame = frame_of(text_of(table))
     curve = read_dataset(desk / "flow_curve.nc", stage="flow_curve")
     fits = read_dataset(desk / "fits.nc", stage="fits")
-    kept = shown(figures.draw("flow_curves", curve, fits))
+    kept = shown(figures.draw("fig5", curve, fits))
     assert len(frame) == sum(len(next(iter(one.points.values())).values) for one in kept)
     for panel in ("shear_rate_wall", "shear_rate_bulk"):
         rows = frame[(frame["panel"] == panel) & frame["stress"].notna()]
@@ -121,10 +121,10 @@ def test_every_series_of_a_figure_has_its_rows(desk):
 
 
 def test_the_head_names_sources_units_and_the_line_of_the_names(desk):
-    text = text_of(figure_table(desk / "figures" / "flow_curves.png")[0])
+    text = text_of(figure_table(desk / "figures" / "fig5.png")[0])
     lines = text.splitlines()
     head = [line for line in lines if line.startswith("# ")]
-    assert head[0] == "# flow_curves of desk"
+    assert head[0] == "# fig5 of desk"
     curve = read_dataset(desk / "flow_curve.nc", stage="flow_curve")
     assert any(curve.attrs["content_sha256"] in line for line in head)
     number = int(next(line for line in head if "in line" in line).split("line ")[1].split(",")[0])
@@ -227,7 +227,7 @@ def test_one_name_with_two_units_is_two_columns():
 
 
 def test_the_same_source_gives_the_same_bytes(desk, moved, tmp_path):
-    for name in ("figures/flow_curves.png", "flow_curve.nc"):
+    for name in ("figures/fig5.png", "flow_curve.nc"):
         for number, folder in enumerate((desk, moved)):
             table, _ = target_table(str(folder / name))
             save_csv(table, tmp_path / f"{number}.csv")
@@ -273,7 +273,7 @@ def test_a_dataset_that_was_replaced_is_not_the_figures(moved):
     changed = curve.assign(shear_stress=curve["shear_stress"] * 2)
     put(changed, moved / "flow_curve.nc", "flow_curve")
     with pytest.raises(DatasetError, match=r"flow_curve\.nc is another version: redraw the figure"):
-        figure_table(moved / "figures" / "flow_curves.png")
+        figure_table(moved / "figures" / "fig5.png")
 
 
 def test_an_altered_figure_or_dataset_is_refused(moved):

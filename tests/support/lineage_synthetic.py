@@ -124,10 +124,10 @@ class Results:
     def draw(self) -> Path:
         """Draw the flow curves, with the labels that `softslip draw` gives them, and say where."""
         read = [read_dataset(self.path(stage), stage=stage) for stage in ("flow_curve", "fits")]
-        labels = {"title": "flow_curves", "stage": "figure", "run": "demo"}
-        path = self.folder / "figures" / "flow_curves.png"
+        labels = {"title": "fig5", "stage": "figure", "run": "demo"}
+        path = self.folder / "figures" / "fig5.png"
         save_figure(
-            draw("flow_curves", *read),
+            draw("fig5", *read),
             path,
             {**labels, "parameters": {}, "parents": parents_of(read)},
             Job().provenance(read, fingerprint=CODE),

@@ -67,7 +67,7 @@ def made() -> Path:
         _make("gather", table, source, "--results", results, "--output", results / f"{table}.nc")
     curve, fits = results / "flow_curve.nc", results / "fits.nc"
     _make("fit", curve, "--output", fits)
-    _make("draw", "flow_curves", curve, fits, "--output", results / "figures" / "flow_curves.png")
+    _make("draw", "fig5", curve, fits, "--output", results / "figures" / "fig5.png")
     for name in ("creep", "profiles"):
         picture = results / "figures" / f"{name}.png"
         _make("draw", name, results / f"{name}.nc", "--output", picture)

@@ -13,7 +13,7 @@ from softslip.provenance.product_labels import read_product
 pytestmark = pytest.mark.workflow
 
 TABLES = ("flow_curve", "creep", "profiles", "fits")
-FIGURES = ("flow_curves", "creep", "profiles")
+FIGURES = ("fig5", "creep", "profiles")
 
 
 def place(folder: Path, kind: str) -> Path:

@@ -46,4 +46,4 @@ def test_the_report_needs_no_number_of_cores(whole: Path, tmp_path: Path) -> Non
     ]
     asked = subprocess.run(command, cwd=whole, capture_output=True, text=True, check=False)
     assert asked.returncode == 0, asked.stdout + asked.stderr
-    assert "flow_curves" in page.read_text("utf-8")
+    assert "fig5" in page.read_text("utf-8")

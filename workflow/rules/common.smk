@@ -11,7 +11,7 @@ from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version
 
 from softslip.errors import ConfigError, SoftslipError
-from softslip.files.products import ANY_MORE, FIGURES
+from softslip.files.products import ANY_MORE, FIGURES, expected_results, run_shown
 from softslip.provenance.fingerprints import fingerprint
 from softslip.operations.lock import run_lock
 from softslip.operations.leftovers import remove
@@ -205,3 +205,24 @@ def benchmarks_drawn(wildcards):
     if ANY_MORE in parents:
         parents = [f"bench/{name}" for name in COMPARED]
     return [f"results/{parent}.nc" for parent in parents]
+
+
+def shown_in(figure):
+    """Return the datasets that a figure shows: of the whole scenario, or of one of its runs."""
+    entry = FIGURES[figure]
+    if not entry.sample:
+        return [f"{RESULTS}/{dataset}.nc" for dataset in entry.parents]
+    run = run_shown(entry, SCENARIO)
+    if run is None:
+        raise WorkflowError(
+            f"{figure}: no run of {SCENARIO.name} keeps snapshots; set recording.snapshots, for "
+            "example to [17.5, 254]"
+        )
+    return [f"{RESULTS}/shear/{run}.nc"]
+
+
+DRAWN = [
+    f"{RESULTS}/{result.name}"
+    for result in expected_results(SCENARIO)
+    if result.rule in ("figure", "snapshot")
+]

@@ -1,16 +1,11 @@
 # The paper's figures from the datasets.
 
-from softslip.files.products import FIGURES, figures_of
-
-FIGURE_DATA = {
-    figure: [f"{RESULTS}/{dataset}.nc" for dataset in FIGURES[figure].parents]
-    for figure in figures_of("figure")
-}
+from softslip.files.products import figures_of
 
 
 rule figure:
     input:
-        lambda wildcards: FIGURE_DATA[wildcards.name],
+        lambda wildcards: shown_in(wildcards.name),
     output:
         report(
             f"{RESULTS}/figures/{{name}}.png",
@@ -23,7 +18,7 @@ rule figure:
     benchmark:
         f"{RESULTS}/benchmarks/figures/{{name}}.tsv"
     wildcard_constraints:
-        name="|".join(FIGURE_DATA),
+        name="|".join(figures_of("figure")),
     conda:
         f"../{ENVIRONMENT}"
     params:
@@ -56,3 +51,20 @@ rule snapshot:
         "Drawing the snapshot of {wildcards.run}"
     shell:
         "softslip draw snapshot {input:q} --output {output:q} 2> {log:q}"
+
+
+rule figures:
+    input:
+        [path for path in DRAWN if "/snapshots/" not in path],
+    localrule: True
+
+
+# Each figure by its name: `snakemake fig6`.
+for figure_name in figures_of("figure"):
+
+    rule:
+        name:
+            figure_name
+        input:
+            f"{RESULTS}/figures/{figure_name}.png",
+        localrule: True

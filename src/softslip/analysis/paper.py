@@ -34,6 +34,25 @@ class Reported:
     source: str
 
 
+@dataclass(frozen=True)
+class Sample:
+    """What a picture of a sample shows.
+
+    Attributes
+    ----------
+    stress
+        Imposed stress σ [stress unit].
+    roughness
+        Wall roughness β; None where the paper does not say.
+    time
+        Time t since the stress began [time unit].
+    """
+
+    stress: float
+    roughness: float | None
+    time: float
+
+
 YIELD_STRESS = Reported(0.055, 0.004, r"\sigma_y", "stress unit", "Fig. 5, Sec. IV A")
 """Bulk yield stress, from the fit of a Herschel-Bulkley law to all roughnesses."""
 
@@ -52,11 +71,28 @@ YIELDING_SNAPSHOT_STRESS = Reported(0.5, None, r"\sigma", "stress unit", "Fig. 3
 YIELDING_SNAPSHOT_ROUGHNESS = Reported(0.59, None, r"\beta", "1", "Fig. 3")
 """Wall roughness of that sample."""
 
+FLOWING_SAMPLE = Sample(0.3, None, 254.0)
+"""What Fig. 1 shows: a sample that flows."""
+
+YIELDING_SAMPLE = Sample(
+    YIELDING_SNAPSHOT_STRESS.value, YIELDING_SNAPSHOT_ROUGHNESS.value, YIELDING_SNAPSHOT_TIME.value
+)
+"""What Fig. 3 shows: a sample as it yields."""
+
 SLIP_EXPONENT = Reported(1.0, None, "p", "1", "Fig. 6a-b, Sec. IV B")
 """Exponent of the slip velocity: in σ − σ_y above yield, in σ below it at smooth walls."""
 
 CRITICAL_ROUGHNESS = Reported(0.3, None, r"\beta^*", "1", "Fig. 6c, Sec. IV B")
 """Roughness above which slip is suppressed, approximately."""
+
+CRITICAL_ROUGHNESS_ABOVE = Reported(0.35, None, r"\beta^*", "1", "Sec. IV B, of Fig. 7")
+"""The same as it is put for the slip lengths: there the two values bracket it."""
+
+LEAST_SEPARATION = Reported(0.3, None, "H", "length unit", "Fig. 9c, Appendix A")
+"""Wall separation above which neither the bulk nor the slip velocity depends on it."""
+
+FULL_SEPARATION = Reported(0.44, None, "H", "length unit", "Sec. III, Fig. 9")
+"""Wall separation of all other figures, to which Eq. A1 is pinned."""
 
 HETEROGENEITY_EXPONENT = Reported(-0.8, None, r"\delta_{het}", "1", "Fig. 6d, Sec. IV B")
 """Exponent of the heterogeneity of the bulk flow in the stress."""

@@ -26,7 +26,7 @@ ResultsName = Annotated[
 WITHIN = (*STAGES, CHECKPOINTS, "figures", "snapshots", "benchmarks", "logs")
 """Folders that lie in a folder of results."""
 
-OVERVIEW = ("figures/flow_curves.png", "flow_curve.nc")
+OVERVIEW = ("figures/fig5.png", "flow_curve.nc")
 """What stands for all results of a scenario where one file is needed: the first that is there."""
 
 

@@ -5,10 +5,14 @@ gathers it and its entry in `DATASETS`. Functions are named by text, ``module:fu
 imported by those who call them, so that neither the workflow nor the stages need what draws.
 """
 
-from collections.abc import Iterator, Mapping
+import math
+from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING
 
+from softslip.config.fields import value_at
+from softslip.config.paper_material import MATERIAL, departures
 from softslip.config.stages import STAGES
 from softslip.files.layout import DATASET, FIGURE, benchmark_of
 
@@ -23,6 +27,9 @@ FITS = "fits"
 
 SNAPSHOT = "snapshot"
 """Figure of one run, and its rule."""
+
+UNLIKE = 100.0
+"""Distance, in logarithms, of a run without a stress from one with any."""
 
 
 @dataclass(frozen=True)
@@ -68,16 +75,21 @@ class FigureEntry:
         The datasets that it shows: their stage, or their stage and run.
     function
         What draws it from these datasets.
+    sample
+        Where a figure of a scenario shows one run: the `analysis.paper.Sample` that the paper
+        shows, of which the run is the nearest.
     """
 
     name: str
     rule: str
     parents: tuple[str, ...]
     function: str
+    sample: str = ""
 
 
 _OBSERVABLES = "softslip.analysis.observables.tables"
 _FIGURES = "softslip.analysis.figures"
+_PAPER = "softslip.analysis.paper"
 
 DATASETS: Mapping[str, TableEntry] = {
     entry.name: entry
@@ -128,10 +140,28 @@ FIGURES: Mapping[str, FigureEntry] = {
     entry.name: entry
     for entry in (
         FigureEntry(
-            "flow_curves", "figure", ("flow_curve", FITS), f"{_FIGURES}.rheology:flow_curves"
+            "fig1",
+            "figure",
+            ("shear",),
+            f"{_FIGURES}.samples:flowing_sample",
+            f"{_PAPER}:FLOWING_SAMPLE",
         ),
-        FigureEntry("creep", "figure", ("creep",), f"{_FIGURES}.transient:creep"),
-        FigureEntry("profiles", "figure", ("profiles",), f"{_FIGURES}.velocity:profiles"),
+        FigureEntry(
+            "fig3",
+            "figure",
+            ("shear",),
+            f"{_FIGURES}.samples:yielding_sample",
+            f"{_PAPER}:YIELDING_SAMPLE",
+        ),
+        FigureEntry("fig4", "figure", ("profiles",), f"{_FIGURES}.velocity:profiles"),
+        FigureEntry("fig5", "figure", ("flow_curve", FITS), f"{_FIGURES}.rheology:flow_curves"),
+        FigureEntry("fig6", "figure", ("flow_curve", FITS), f"{_FIGURES}.slip_panels:slip"),
+        FigureEntry(
+            "fig8", "figure", ("creep", "flow_curve", FITS), f"{_FIGURES}.transient:transients"
+        ),
+        FigureEntry(
+            "fig9", "figure", ("creep", "flow_curve"), f"{_FIGURES}.separations:finite_size"
+        ),
         FigureEntry(SNAPSHOT, SNAPSHOT, ("shear",), f"{_FIGURES}.membranes:snapshot"),
         FigureEntry(
             "benchmark",
@@ -177,6 +207,11 @@ def figures_of(rule: str) -> tuple[str, ...]:
     return tuple(name for name, entry in FIGURES.items() if entry.rule == rule)
 
 
+def shows_one_run(figure: str) -> bool:
+    """Return whether a figure, or what is called so, shows one run of a scenario."""
+    return figure in FIGURES and FIGURES[figure].parents == ("shear",)
+
+
 def rules_before(rule: str) -> tuple[str, ...]:
     """Return the rules whose results a rule reads that makes results of a scenario."""
     if rule in STAGES:
@@ -185,6 +220,49 @@ def rules_before(rule: str) -> tuple[str, ...]:
     entries: list[TableEntry | FigureEntry] = [*DATASETS.values(), *FIGURES.values()]
     parents = (parent for entry in entries if entry.rule == rule for parent in entry.parents)
     return tuple(dict.fromkeys(makers[parent] for parent in parents))
+
+
+def run_shown(
+    figure: FigureEntry, scenario: "Scenario", among: Container[str] | None = None
+) -> str | None:
+    """Return the run of a scenario that a figure of one run shows.
+
+    Of the runs that keep snapshots it is the nearest to the paper's sample, by the sum of the
+    differences in roughness and in the logarithms of stress and time; runs of the paper's material
+    come before others, and among equals the first.
+
+    Parameters
+    ----------
+    figure
+        An entry with a sample.
+    scenario
+        Where to look.
+    among
+        Which runs are there, as those of a scenario that is not finished; all by default.
+
+    Returns
+    -------
+    str or None
+        Its identity in the shear stage; None where no run keeps snapshots.
+    """
+    sample = resolve_name(figure.sample)
+    nearest: tuple[tuple[int, float], str] | None = None
+    for run, row in scenario.stage_table("shear").items():
+        given = row.parameters
+        times = [time for time in given.recording.snapshots if time > 0]
+        if not times or (among is not None and run not in among):
+            continue
+        values = {path: value_at(given, path) for path in MATERIAL}
+        distance = min(abs(math.log(time / sample.time)) for time in times)
+        if sample.roughness is not None:
+            distance += abs(given.wall.roughness - sample.roughness)
+        # A run at rest, or one whose shear rate is imposed, is no nearer than any under stress.
+        stress = given.rheometer.stress
+        distance += abs(math.log(stress / sample.stress)) if stress else UNLIKE
+        place = len(list(departures(values))), distance
+        if nearest is None or place < nearest[0]:
+            nearest = place, run
+    return None if nearest is None else nearest[1]
 
 
 @dataclass(frozen=True)
@@ -223,7 +301,10 @@ def expected_results(scenario: "Scenario") -> Iterator[ExpectedResult]:
     for table in DATASETS.values():
         yield ExpectedResult(table.rule, table.name, scenario.name, f"{table.name}{DATASET}")
     for figure in figures_of("figure"):
-        yield ExpectedResult("figure", FIGURE, scenario.name, f"figures/{figure}.png", figure)
+        entry, name = FIGURES[figure], f"figures/{figure}.png"
+        shown = run_shown(entry, scenario) if entry.sample else scenario.name
+        if shown is not None:
+            yield ExpectedResult("figure", FIGURE, shown, name, figure)
     for run, row in scenario.stage_table("shear").items():
         if row.parameters.recording.snapshots:
             name = f"figures/snapshots/{run}.png"

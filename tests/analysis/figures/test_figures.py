@@ -44,7 +44,7 @@ def words(figure):
 
 
 def drawn(curve):
-    return figures.draw("flow_curves", curve, herschel_bulkley(curve))
+    return figures.draw("fig5", curve, herschel_bulkley(curve))
 
 
 def test_missing_runs_are_counted(runs, curve):

@@ -88,7 +88,7 @@ def test_flow_curves(curve, below):
     if below:
         spoiled["shear_rate_bulk"][1, 0] = -1e-6
     fits = fit_laws(spoiled)
-    figure = figures.draw("flow_curves", spoiled, fits)
+    figure = figures.draw("fig5", spoiled, fits)
     for axes, name in zip(figure.axes, ("shear_rate_wall", "shear_rate_bulk"), strict=True):
         drawn, bars = set(), []
         for each in axes.containers:
@@ -116,7 +116,7 @@ def test_fitted_flow_law():
     done = sweep((0.08, 0.15, 0.2, 0.3, 0.5), (0.0,), duration=1500.0, noise=0.03, profiles=4)
     curve = flow_curve(done)
     fits = fit_laws(curve)
-    figure = figures.draw("flow_curves", curve, fits)
+    figure = figures.draw("fig5", curve, fits)
     (fit,) = series(figure, "shear_rate_bulk", "flow law fitted to all roughnesses")
     assert points([fit], "shear_rate_bulk", "shear_stress") <= lines(figure.axes[1])
     band = figure.axes[1].collections
@@ -128,7 +128,7 @@ def test_fitted_flow_law():
 
 
 def test_flow_curves_are_means_over_seeds_with_their_coordinates(curve):
-    figure = figures.draw("flow_curves", curve, fit_laws(curve))
+    figure = figures.draw("fig5", curve, fit_laws(curve))
     mean = mean_over_seeds(curve)
     count = 0
     for one in series(figure, "shear_rate_wall"):
@@ -149,7 +149,7 @@ def test_further_dimensions_are_told_apart(runs):
     ]
     table = flow_curve(every)
     for figure in (
-        figures.draw("flow_curves", table, fit_laws(table)),
+        figures.draw("fig5", table, fit_laws(table)),
         figures.draw("creep", creep(every)),
         figures.draw("profiles", profiles(every)),
     ):

@@ -367,7 +367,7 @@ def test_it_is_not_found_in_what_was_made_from_another(results: Results) -> None
 
 
 def test_a_figure_leads_to_everything_behind_it(made: Results) -> None:
-    found = trace(Target(made.folder / "figures" / "flow_curves.png"))
+    found = trace(Target(made.folder / "figures" / "fig5.png"))
     done = [at for at in made.ids if at not in made.missing]
     for stage in STAGES:
         assert runs(found, stage) == expected(made, stage, *done)
@@ -387,12 +387,12 @@ def test_each_file_is_read_once(made: Results, monkeypatch: pytest.MonkeyPatch) 
     original = module.read_product
     for place in (module, archive):
         monkeypatch.setattr(place, "read_product", lambda path: read.append(path) or original(path))
-    found = trace(Target(made.folder / "figures" / "flow_curves.png"))
+    found = trace(Target(made.folder / "figures" / "fig5.png"))
     assert len(read) == len(set(read)) == len(found.nodes)
 
 
 def test_the_same_results_give_the_same_trace(made: Results) -> None:
-    target = Target(made.folder / "figures" / "flow_curves.png")
+    target = Target(made.folder / "figures" / "fig5.png")
     first, second = trace(target), trace(target)
     assert (first.nodes, first.edges) == (second.nodes, second.edges)
 
@@ -409,7 +409,7 @@ def damaged(results: Results, state: str) -> tuple[Trace, str]:
         with xr.load_dataset(path) as before:
             other = before.assign(radius=before["radius"] + 1)
         write_dataset(other, path, stage="ageing", run=path.stem, title="other")
-    return trace(Target(results.folder / "figures" / "flow_curves.png")), path.stem
+    return trace(Target(results.folder / "figures" / "fig5.png")), path.stem
 
 
 @pytest.mark.parametrize("state", [MISSING, REPLACED, UNREADABLE])
@@ -471,7 +471,7 @@ def test_a_table_without_runs_is_refused(results: Results) -> None:
 
 
 def test_an_altered_target_is_a_problem(results: Results) -> None:
-    figure = results.folder / "figures" / "flow_curves.png"
+    figure = results.folder / "figures" / "fig5.png"
     figure.write_bytes(figure.read_bytes() + b"\0")
     ((_, sentence),) = trace(Target(figure)).problems
     assert "altered" in sentence
@@ -565,7 +565,7 @@ def test_as_many_runs_as_can_be_read_are_drawn_and_more_are_bundled() -> None:
 
 
 def test_boxes_keep_apart_and_hold_their_texts(made: Results) -> None:
-    found = diagram(trace(Target(made.folder / "figures" / "flow_curves.png")))
+    found = diagram(trace(Target(made.folder / "figures" / "fig5.png")))
     figure = lineage(found.boxes, found.arrows, found.headings, found.notes)
     figure.canvas.draw()
     boxes = [p.get_window_extent() for p in figure.axes[0].patches if isinstance(p, FancyBboxPatch)]

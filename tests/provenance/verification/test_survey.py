@@ -196,10 +196,10 @@ _true = consistency.fingerprint
 
 
 def test_a_last_product_that_is_not_there_is_missing(results: Path) -> None:
-    (results / "figures" / "creep.png").unlink()
+    (results / "figures" / "fig8.png").unlink()
     found = verified(results)
     assert found.problems == ()
-    assert found.missing == ("figures/creep.png",)
+    assert found.missing == ("figures/fig8.png",)
 
 
 def test_a_folder_that_is_not_there_is_refused(results: Path) -> None:
@@ -307,7 +307,7 @@ def partial_table(results: Path, folder: Path) -> Path:
     sorted(before.glob("shear/*.nc"))[1].unlink()
     words = ["gather", "creep", small_results.source(results), "--results", before]
     assert call([*words, "--output", after]) == ""
-    (results / "figures" / "creep.png").unlink()
+    (results / "figures" / "fig8.png").unlink()
     return after
 
 
@@ -459,7 +459,7 @@ def drawing_bytes(folder: Path) -> bytes:
 
 
 def test_letters_may_be_drawn_otherwise_elsewhere(results: Path, tmp_path: Path) -> None:
-    recorded = results / "figures" / "creep.png"
+    recorded = results / "figures" / "fig8.png"
     labels = small_results.stamps.read_labels(recorded)
     elsewhere = {"provenance": labels["provenance"] | PROCESSOR}
 
@@ -505,7 +505,7 @@ def test_every_product_comes_out_again_and_none_is_touched(results: Path) -> Non
 
 
 def test_a_forged_last_figure_does_not_come_out_again(results: Path) -> None:
-    path = results / "figures" / "creep.png"
+    path = results / "figures" / "fig8.png"
 
     def paint(pixels: Any) -> Any:
         pixels[100, 100, 0] ^= 1
@@ -513,14 +513,14 @@ def test_a_forged_last_figure_does_not_come_out_again(results: Path) -> None:
 
     small_results.forge_figure(path, {}, paint)
     assert verified(results).problems == (), "only a rerun can reveal it"
-    (outcome,) = reruns(results, "figures/creep.png")
+    (outcome,) = reruns(results, "figures/fig8.png")
     assert outcome.verdict == DIFFERS
     assert outcome.problem.startswith(f"{path}: is not reproduced: pixels")
 
 
 def test_forged_last_fits_do_not_come_out_again(results: Path) -> None:
     path = results / "fits.nc"
-    (results / "figures" / "flow_curves.png").unlink()
+    (results / "figures" / "fig5.png").unlink()
     with netCDF4.Dataset(path, "a") as dataset:
         dataset["points"][...] = dataset["points"][...] + 1
     redigest(path)
@@ -560,7 +560,7 @@ def test_only_sound_products_of_sound_parents_are_made_again(results: Path) -> N
     named = {each.name for each in possible_reruns(verified(results))}
     other = sorted(results.glob("shear/*.nc"))[1].stem
     kept = {f"shear/{other}.nc", f"figures/snapshots/{other}.png", "fits.nc"}
-    drawn = {f"figures/{name}.png" for name in ("flow_curves", "creep", "profiles")}
+    drawn = {f"figures/{name}.png" for name in ("fig5", "creep", "profiles")}
     chain = {each for each in named if each.startswith(("packing", "expansion", "ageing"))}
     assert named == kept | drawn | chain
     assert len(chain) == 3

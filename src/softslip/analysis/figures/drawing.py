@@ -2,7 +2,7 @@
 
 import functools
 import io
-import itertools
+import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from importlib import resources
@@ -11,11 +11,14 @@ from typing import Any, ParamSpec, TypeVar
 
 import matplotlib
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 import softslip
+from softslip.config.fields import all_fields, extra
+from softslip.config.parameters import Parameters
 from softslip.errors import DatasetError
 from softslip.files.stamps import FORMATS, content_digest, sealed, unsealed, with_text
 from softslip.files.storage import CONTENT_DIGEST, replacing
@@ -32,6 +35,9 @@ LINES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1, 1)), (0, (5, 1.5, 1, 1.5))
 WIDE, NARROW = 7.0, 3.4
 """Widths of two columns and of one [inch]."""
 
+MOST_DECADES = 200.0
+"""Ratio of the ends of a logarithmic axis up to which more than its decades are labelled."""
+
 SYMBOLS = {
     "stress": r"$\sigma$",
     "imposed_shear_rate": r"$\dot\gamma_\mathrm{wall}$",
@@ -39,7 +45,7 @@ SYMBOLS = {
     "wall_separation": r"$H$",
     "area_fraction": r"$\phi$",
 }
-"""How a dimension is written in a legend; others by their own name."""
+"""How a dimension is written in a legend, where that is not its parameter's symbol."""
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
@@ -72,41 +78,47 @@ def sequence(count: int) -> list[Any]:
     return [colours(0.12 + 0.84 * place) for place in (np.arange(count) + 0.5) / max(count, 1)]
 
 
+def symbol(label: str) -> str:
+    """Return how a dimension is written: its parameter's symbol, or else its own name."""
+    return SYMBOLS.get(label) or _symbols().get(label) or label.replace("_", " ")
+
+
+@functools.cache
+def _symbols() -> dict[str, str]:
+    """Return the symbol of each parameter by the name of the dimension that it becomes."""
+    found: dict[str, str] = {}
+    for path, field in all_fields(Parameters).items():
+        name = str(extra(field, "label") or path.rpartition(".")[2])
+        written = _as_tex(str(extra(field, "symbol")))
+        # A name that two sections share stands for neither.
+        found[name] = "" if name in found else written
+        found[path.replace(".", "_")] = written
+    return found
+
+
+def _as_tex(written: str) -> str:
+    """Return a symbol of the configuration as TeX; words stay as they are."""
+    if re.fullmatch(r"[A-Za-z]{3,}", written):
+        return written
+    upright = re.sub(r"_(\w{2,})", r"_\\mathrm{\1}", written)
+    return f"${upright}$"
+
+
 def named(label: str, value: Any) -> str:
     """Return a dimension's symbol and value for a legend or title; nothing if it has no value."""
     if isinstance(value, float | np.floating) and not np.isfinite(value):
         return ""
     text = f"{value:.3g}" if isinstance(value, float | np.floating) else str(value)
-    return f"{SYMBOLS.get(label, label.replace('_', ' '))} = {text}"
+    return f"{symbol(label)} = {text}"
 
 
-def with_dimensions(dataset: xr.Dataset, *dims: str) -> xr.Dataset:
-    """Give a dataset the dimensions that it lacks, of length one."""
-    for dim in dims:
-        if dim not in dataset.dims:
-            known = dataset if dim in dataset.coords else dataset.assign_coords({dim: np.nan})
-            dataset = known.expand_dims(dim)
-    return dataset
-
-
-def facets(dataset: xr.Dataset, *known: str) -> list[tuple[str, dict[str, Any]]]:
-    """List the combinations of all other dimensions that ``status`` has.
-
-    Returns
-    -------
-    list of (str, dict)
-        For each combination its title and what `Dataset.sel` selects it with; one with no title
-        where there are no other dimensions.
-    """
-    dims = [str(dim) for dim in dataset["status"].dims if dim not in (*known, "seed")]
-    values = [dataset[dim].values.tolist() for dim in dims]
-    return [
-        (
-            ", ".join(named(dim, value) for dim, value in zip(dims, each, strict=True)),
-            dict(zip(dims, each, strict=True)),
-        )
-        for each in itertools.product(*values)
-    ]
+def label_decades(axis: Axis) -> None:
+    """Label a logarithmic axis at 1, 2 and 5 of each decade where it spans few of them."""
+    low, high = sorted(axis.get_view_interval())
+    if high < MOST_DECADES * low:
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def grid_of_panels(
@@ -116,14 +128,6 @@ def grid_of_panels(
     figure = Figure(figsize=(width, height * rows), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False)
     return figure, [list(row) for row in axes]
-
-
-def note_missing(figure: Figure, dataset: xr.Dataset, *more: str) -> None:
-    """Say below a figure how many runs are missing, and whatever else needs saying."""
-    total = dataset["status"].size
-    missing = int((dataset["status"] != "done").sum())
-    notes = [f"{missing} of {total} runs missing"] if missing else []
-    note(figure, *notes, *more)
 
 
 def note(figure: Figure, *lines: str) -> None:

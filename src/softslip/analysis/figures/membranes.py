@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from softslip.analysis.figures.drawing import NARROW, WIDE, named, note, styled
 from softslip.analysis.figures.shown import Quantity, show
 from softslip.analysis.observables import non_affine_velocity, parameters_of
+from softslip.config.parameters import Parameters
 from softslip.errors import DatasetError
 
 FloatArray = NDArray[np.float64]
@@ -40,7 +41,14 @@ KEY_HEIGHT = 0.1
 
 
 @styled
-def snapshot(run: xr.Dataset, snapshot: int = 0, time: float | None = None) -> Figure:
+def snapshot(
+    run: xr.Dataset,
+    snapshot: int = 0,
+    time: float | None = None,
+    *,
+    window: float | None = None,
+    remark: str = "",
+) -> Figure:
     """Draw particles, walls and the non-affine velocity (Eq. 29) at one moment.
 
     Particles that cross the periodic boundary are drawn at both ends. Arrows are drawn at the
@@ -55,6 +63,11 @@ def snapshot(run: xr.Dataset, snapshot: int = 0, time: float | None = None) -> F
         Which of them.
     time
         If given, the snapshot nearest to this time [time unit] is drawn instead.
+    window
+        If given, the side of the part in the middle of the channel that is drawn [mean radius],
+        with an arrow at every point of the kept field.
+    remark
+        Said below the figure.
 
     Raises
     ------
@@ -72,8 +85,9 @@ def snapshot(run: xr.Dataset, snapshot: int = 0, time: float | None = None) -> F
     given = parameters_of(run)
     length, height = given.channel.length, given.channel.height
     depth = WALL_DEPTH * given.suspension.mean_radius
-    width = float(np.clip(5.0 * length / height, 0.95 * NARROW, WIDE))
-    size = (width, 0.85 * width * (height + 2 * depth) / length + MARGINS)
+    (left, right), (bottom, top) = _part(given, depth, window)
+    width = float(np.clip(5.0 * (right - left) / (top - bottom), 0.95 * NARROW, WIDE))
+    size = (width, 0.85 * width * (top - bottom) / (right - left) + MARGINS)
     figure = Figure(figsize=size, layout="constrained")
     axes = figure.add_subplot()
     particles, walls = _contours(run, snapshot)
@@ -82,13 +96,27 @@ def snapshot(run: xr.Dataset, snapshot: int = 0, time: float | None = None) -> F
     _draw_walls(axes, walls, length, height, depth)
     for name, wall in zip(("lower wall", "upper wall"), walls, strict=True):
         _keep_wall(axes, name, _tiled(wall, length), length, at)
-    missing = _draw_arrows(figure, axes, run, snapshot, walls)
-    axes.set(xlim=(0, length), ylim=(-depth, height + depth), aspect="equal")
+    axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
+    missing = _draw_arrows(figure, axes, run, snapshot, walls, whole=window is None)
     axes.set(xlabel=r"$x$ [length unit]", ylabel=r"$y$ [length unit]")
     axes.tick_params(which="both", direction="out", top=False, right=False)
     axes.set_title(_title(run, snapshot), loc="left")
-    note(figure, missing)
+    note(figure, missing, remark)
     return figure
+
+
+def _part(
+    given: Parameters, depth: float, window: float | None
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return the ends of the part that is drawn along x and y: all, or a square in the middle."""
+    length, height = given.channel.length, given.channel.height
+    if window is None:
+        return (0.0, length), (-depth, height + depth)
+    half = 0.5 * min(window * given.suspension.mean_radius, length, height)
+    return (
+        (0.5 * length - half, 0.5 * length + half),
+        (0.5 * height - half, 0.5 * height + half),
+    )
 
 
 def _title(run: xr.Dataset, snapshot: int) -> str:
@@ -181,7 +209,13 @@ def _draw_walls(
 
 
 def _draw_arrows(
-    figure: Figure, axes: Axes, run: xr.Dataset, snapshot: int, walls: list[FloatArray]
+    figure: Figure,
+    axes: Axes,
+    run: xr.Dataset,
+    snapshot: int,
+    walls: list[FloatArray],
+    *,
+    whole: bool,
 ) -> str:
     """Draw the non-affine velocity; return what to say where there is none."""
     given = parameters_of(run)
@@ -192,15 +226,17 @@ def _draw_arrows(
         return "no arrows: the bulk does not flow"
     radius, length = given.suspension.mean_radius, given.channel.length
     distance = max(ARROW_DISTANCE * radius, max(length, given.channel.height) / MOST_ARROWS)
-    steps = {
-        dim: max(round(distance / float(np.diff(flow[dim].values).mean())), 1)
-        for dim in ("field_x", "field_y")
-    }
+    spacing = {dim: float(np.diff(flow[dim].values).mean()) for dim in ("field_x", "field_y")}
+    if not whole:
+        distance = max(spacing.values())
+    steps = {dim: max(round(distance / each), 1) for dim, each in spacing.items()}
     chosen = flow.isel({dim: slice(step // 2, None, step) for dim, step in steps.items()})
     x, y = np.meshgrid(chosen["field_x"].values, chosen["field_y"].values)
     velocity = chosen["non_affine_velocity"].transpose("field_y", "field_x", "axis").values
     low, high = (_height_at(wall, x, length) for wall in walls)
     fluid = (y > low) & (y < high)
+    for place, ends in ((x, axes.get_xlim()), (y, axes.get_ylim())):
+        fluid &= (place >= ends[0]) & (place <= ends[1])
     speed = np.hypot(velocity[..., 0], velocity[..., 1])
     long = float(np.quantile(speed[fluid], 0.95)) if fluid.any() else 0.0
     if long == 0:
@@ -223,7 +259,7 @@ def _draw_arrows(
         pivot="middle",
         zorder=2,
     )
-    _add_key(figure, axes, arrows, long, ARROW_LENGTH * distance / length)
+    _add_key(figure, axes, arrows, long, ARROW_LENGTH * distance / np.ptp(axes.get_xlim()))
     meaning = "non-affine velocity over the bulk shear rate and H, along"
     velocities = {
         f"non_affine_velocity_{name}": Quantity(

@@ -1,4 +1,4 @@
-"""Creep curves (Fig. 8a-c)."""
+"""Creep and yielding (Fig. 8)."""
 
 from typing import Any
 
@@ -12,52 +12,81 @@ from numpy.typing import NDArray
 from softslip.analysis.figures.drawing import (
     LINES,
     WIDE,
-    facets,
     grid_of_panels,
     named,
-    note_missing,
     sequence,
     styled,
+)
+from softslip.analysis.figures.panels import (
+    ROUGHNESS,
+    Family,
+    above,
+    facets,
+    note_missing,
+    of_all,
+    selected,
     with_dimensions,
 )
 from softslip.analysis.figures.shown import place, quantity, show
+from softslip.analysis.figures.timescale_panels import draw_times, yield_stress_of
 from softslip.analysis.observables import mean_over_seeds
 
 THIN, THICK = 0.5, 1.4
 """Line widths of a single run and of a mean over runs [point]."""
 
+KNOWN = ("stress", ROUGHNESS)
+"""Dimensions that do not become rows of panels."""
+
 
 @styled
-def creep(dataset: xr.Dataset) -> Figure:
-    """Draw the apparent shear rate at the roughest and smoothest wall, and the bulk's at all.
+def transients(dataset: xr.Dataset, flow_curve: xr.Dataset, fits: xr.Dataset) -> Figure:
+    """Draw the shear rates in time, and when the bulk yields and slip sets in.
 
-    Colours are stresses. In the first two panels thin lines are single runs where there are
-    several seeds, thick ones their mean; in the third each line style is a roughness, averaged
-    over seeds. Rates that are not positive leave gaps, and the figure says so. Further
-    dimensions get a row of panels each.
+    (a, b) Apparent shear rate at the roughest and smoothest wall: colours are stresses, thin lines
+    single runs where there are several seeds, thick ones their mean. (c) That of the bulk, each
+    line style a roughness, averaged over seeds, with a triangle where it yields. (d, e) Yielding
+    and slip time against the stress above yield, with the paper's power through them where the
+    material is the paper's. Rates that are not positive leave gaps, and the figure says so.
+    Further dimensions get two rows of panels each.
 
     Parameters
     ----------
     dataset
         From `analysis.observables.creep`.
+    flow_curve
+        From `analysis.observables.flow_curve`, of the same runs.
+    fits
+        Its `analysis.fits.fit_laws`, for the yield stress.
     """
-    single = with_dimensions(dataset, "stress", "roughness")
-    mean = with_dimensions(mean_over_seeds(dataset), "stress", "roughness")
-    rows = facets(mean, "stress", "roughness")
-    figure, panels = grid_of_panels(len(rows), 3, width=WIDE, height=2.9)
-    for (title, chosen), axes in zip(rows, panels, strict=True):
-        _draw_row(single.sel(chosen), mean.sel(chosen), axes)
-        axes[0].set_ylabel(f"{title}\n" * bool(title) + "shear rate [1 / time unit]")
-    _add_legends(figure, panels[0][2], mean)
-    rates = [mean[name].values for name in ("shear_rate_wall", "shear_rate_bulk")]
+    single = with_dimensions(dataset, *KNOWN)
+    mean = with_dimensions(mean_over_seeds(dataset), *KNOWN)
+    table = with_dimensions(mean_over_seeds(flow_curve), *KNOWN)
+    rows = facets(mean, *KNOWN)
+    figure, panels = grid_of_panels(2 * len(rows), 3, width=WIDE, height=2.75)
+    family = Family(ROUGHNESS, tuple(mean[ROUGHNESS].values.tolist()))
+    notes: list[str] = []
+    for number, (title, chosen) in enumerate(rows):
+        rates, times = panels[2 * number : 2 * number + 2]
+        cell = table.sel(chosen)
+        _draw_row(single.sel(chosen), mean.sel(chosen), rates)
+        rates[0].set_ylabel(above(title, "shear rate [1 / time unit]"))
+        offset, whose = yield_stress_of(cell, selected(fits, chosen))
+        notes.append(whose)
+        _mark_yielding(rates[2], cell, mean.sel(chosen), offset)
+        draw_times(times[0], "d", cell, family, "yielding_time", offset)
+        draw_times(times[1], "e", cell, family, "slip_time", offset)
+        times[0].set_ylabel(above(title, times[0].get_ylabel()))
+    _add_legends(figure, panels, mean, family)
+    every = [mean[name].values for name in ("shear_rate_wall", "shear_rate_bulk")]
     with np.errstate(invalid="ignore"):
-        gaps = any((rate <= 0).any() for rate in rates)
-    note_missing(figure, dataset, "gaps: rate not positive" if gaps else "")
+        gaps = any((rate <= 0).any() for rate in every)
+    gap = "gaps: rate not positive" if gaps else ""
+    note_missing(figure, dataset, gap, *dict.fromkeys(notes), known=KNOWN)
     return figure
 
 
 def _draw_row(single: xr.Dataset, mean: xr.Dataset, axes: list[Axes]) -> None:
-    roughnesses = mean["roughness"].values
+    roughnesses = mean[ROUGHNESS].values
     order = np.argsort(np.nan_to_num(roughnesses))
     ends = [(order[-1], "a"), (order[0], "b")]
     for (number, letter), panel in zip(ends, axes, strict=False):
@@ -68,13 +97,13 @@ def _draw_row(single: xr.Dataset, mean: xr.Dataset, axes: list[Axes]) -> None:
                 _keep_bundle(panel, letter, "run", runs, "shear_rate_wall")
         _draw_bundle(panel, mean.isel(roughness=number), "shear_rate_wall", "-", THICK)
         _keep_bundle(panel, letter, "mean", mean.isel(roughness=number), "shear_rate_wall")
-        words = named("roughness", roughnesses[number])
+        words = named(ROUGHNESS, roughnesses[number])
         panel.set_title(rf"({letter}) $\dot\gamma_\mathrm{{wall}}$, {words}".rstrip(", "))
     for number, index in enumerate(order):
         style = LINES[number % len(LINES)]
         _draw_bundle(axes[2], mean.isel(roughness=index), "shear_rate_bulk", style, THIN + 0.5)
         _keep_bundle(axes[2], "c", "mean", mean.isel(roughness=index), "shear_rate_bulk")
-    axes[2].set_title(r"(c) $\dot\gamma_\mathrm{bulk}$, all $\beta$")
+    axes[2].set_title(rf"(c) $\dot\gamma_\mathrm{{bulk}}$, {of_all(ROUGHNESS)}")
     limits = [panel.get_ylim() for panel in axes if panel.lines]
     for panel in axes:
         panel.set(xscale="log", yscale="log", xlabel=r"time $t$ [time unit]")
@@ -110,8 +139,26 @@ def _keep_bundle(axes: Axes, panel: str, kind: str, runs: xr.Dataset, name: str)
             show(axes, panel, kind, points, place(one))
 
 
-def _add_legends(figure: Figure, bulk: Axes, mean: xr.Dataset) -> None:
-    """Explain the colours above the panels and the line styles in the first panel of the bulk."""
+def _mark_yielding(axes: Axes, cell: xr.Dataset, mean: xr.Dataset, yield_stress: float) -> None:
+    """Mark where the bulk yields on its curves of the rate in time, above the yield stress."""
+    time = mean["time"].values
+    for number, colour in enumerate(sequence(mean.sizes["stress"])):
+        for index in range(mean.sizes[ROUGHNESS]):
+            at = {"stress": number, ROUGHNESS: index}
+            yielded = float(cell["yielding_time"].isel(at))
+            rate = _positive(mean["shear_rate_bulk"].isel(at).values)
+            above_yield = float(mean["stress"][number]) > yield_stress
+            if above_yield and np.isfinite(yielded) and np.isfinite(rate).any():
+                known = np.isfinite(rate)
+                height = np.exp(np.interp(yielded, time[known], np.log(rate[known])))
+                look = {"color": colour, "markeredgecolor": "black", "markeredgewidth": 0.5}
+                axes.plot(yielded, height, marker="v", markersize=4.5, zorder=4, **look)
+
+
+def _add_legends(
+    figure: Figure, panels: list[list[Axes]], mean: xr.Dataset, family: Family
+) -> None:
+    """Explain the colours above the panels; lines and markers where the last panel would be."""
     stresses = mean["stress"].values
     colours = [
         Line2D([], [], color=colour, linewidth=THICK, label=named("stress", stress))
@@ -121,9 +168,22 @@ def _add_legends(figure: Figure, bulk: Axes, mean: xr.Dataset) -> None:
     if colours:
         figure.legend(handles=colours[::-1], loc="outside upper center", ncols=min(len(colours), 8))
     styles = [
-        Line2D([], [], color="0.3", linestyle=LINES[n % len(LINES)], label=named("roughness", each))
-        for n, each in enumerate(np.sort(mean["roughness"].values))
-        if named("roughness", each)
+        Line2D([], [], color="0.3", linestyle=LINES[number % len(LINES)], label=f"{label} (c)")
+        for number, label, _ in family.members(mean)
+        if label
     ]
-    if styles:
-        bulk.legend(handles=styles, loc="lower left")
+    points = [
+        Line2D([], [], linestyle="none", label=f"{label} (d, e)", **family.look(number))
+        for number, label, _ in family.members(mean)
+        if label
+    ]
+    triangle: dict[str, Any] = {
+        "marker": "v",
+        "markersize": 4.5,
+        "linestyle": "none",
+        "color": "0.6",
+    }
+    mark = Line2D([], [], markeredgecolor="black", label=r"$\tau_y$ in (c)", **triangle)
+    for row in panels[1::2]:
+        row[2].set_axis_off()
+    panels[1][2].legend(handles=[*styles, *points, mark], loc="center left", fontsize=7.5)

@@ -12,14 +12,12 @@ from softslip.analysis.figures.drawing import (
     COLOURS,
     LINES,
     WIDE,
-    facets,
     grid_of_panels,
     named,
-    note_missing,
     sequence,
     styled,
-    with_dimensions,
 )
+from softslip.analysis.figures.panels import above, facets, note_missing, with_dimensions
 from softslip.analysis.figures.shown import place, quantity, show
 from softslip.analysis.observables import mean_over_seeds
 
@@ -52,14 +50,12 @@ def profiles(dataset: xr.Dataset, stress: float | None = None) -> Figure:
     wanted = paper.PROFILE_STRESS.value if stress is None else stress
     for (title, chosen), (left, right) in zip(rows, panels, strict=True):
         _draw_row(table.sel(chosen), wanted, left, right)
-        left.set_ylabel(_title_above(title, r"$v_\mathrm{norm}$ [1]"))
+        left.set_ylabel(above(title, r"$v_\mathrm{norm}$ [1]"))
+        right.tick_params(labelleft=False)
     dashed = not bool((table["steady_wall"] | (table["status"] != "done")).all())
-    note_missing(figure, dataset, "dashed: walls not steady" if dashed else "")
+    words = "dashed: walls not steady" if dashed else ""
+    note_missing(figure, dataset, words, known=("stress", "roughness"))
     return figure
-
-
-def _title_above(title: str, label: str) -> str:
-    return f"{title}\n{label}" if title else label
 
 
 def _draw_row(cell: xr.Dataset, wanted: float, left: Axes, right: Axes) -> None:

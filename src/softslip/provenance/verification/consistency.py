@@ -17,7 +17,7 @@ from softslip.config.parameters import Parameters
 from softslip.config.scenario import Scenario
 from softslip.config.stages import STAGES, stage_ids, stage_paths
 from softslip.files.layout import DATASET, FIGURE
-from softslip.files.products import DATASETS, FITS, SNAPSHOT, TABLES, expected_results
+from softslip.files.products import DATASETS, FITS, TABLES, expected_results, shows_one_run
 from softslip.messages import brief, file_text
 from softslip.provenance.archive import Archive, usual_place
 from softslip.provenance.attribution import UNKNOWN
@@ -59,7 +59,7 @@ class Consistency:
         """Return whether a product is none of the scenario as it is now."""
         if product.stage in STAGES:
             return product.run not in self._ids[product.stage]
-        if product.stage == FIGURE and product.title == SNAPSHOT:
+        if product.stage == FIGURE and shows_one_run(product.title):
             return product.run not in self._ids["shear"]
         known = (*DATASETS, FIGURE)
         return product.stage not in known or dict(product.parameters) != self._parameters

@@ -1,0 +1,106 @@
+"""When the bulk yields and slip sets in, against the stress above yield (Fig. 8d-e)."""
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+
+from softslip.analysis import paper
+from softslip.analysis.comparable import unlike
+from softslip.analysis.figures.drawing import label_decades
+from softslip.analysis.figures.markers import STEADY, draw_points
+from softslip.analysis.figures.panels import Family
+from softslip.analysis.figures.published import WORDS, guide, keep
+from softslip.analysis.figures.shown import Quantity, place, quantity, show
+from softslip.analysis.fits import FITTED
+
+SHOWN = {
+    "yielding_time": (r"$\tau_y$ [time unit]", "yielding of the bulk"),
+    "slip_time": (r"$\tau_s$ [time unit]", "onset of slip"),
+}
+"""How the axis and the panel of each time are called."""
+
+
+def yield_stress_of(cell: xr.Dataset, fits: xr.Dataset) -> tuple[float, str]:
+    """Return the yield stress that stresses are counted from, and words for where it is from.
+
+    It is that of the fit to all roughnesses together; where there is none and the material is the
+    paper's, the paper's; otherwise NaN.
+    """
+    if str(fits["pooled_fit_message"].values.ravel()[0]).startswith(FITTED):
+        return float(fits["pooled_yield_stress"].values.ravel()[0]), ""
+    if unlike(cell):
+        return np.nan, ""
+    value = paper.YIELD_STRESS.value
+    return value, rf"no fit: (d, e) count from the paper's $\sigma_y$ = {value:g}"
+
+
+def draw_times(
+    axes: Axes, panel: str, cell: xr.Dataset, family: Family, name: str, yield_stress: float
+) -> None:
+    """Draw a time against the stress above yield, with the paper's power law through it.
+
+    Parameters
+    ----------
+    axes, panel
+        Where.
+    cell
+        Averages over seeds along ``stress`` and the family.
+    family
+        Whose members have a marker each.
+    name
+        A key of `SHOWN`.
+    yield_stress
+        σ_y [stress unit]; NaN leaves nothing to draw.
+    """
+    label, words = SHOWN[name]
+    axes.set(xscale="log", yscale="log", ylabel=label)
+    axes.set(xlabel=r"$\sigma - \sigma_y$ [stress unit]", title=f"({panel}) {words}")
+    found: list[tuple[float, float]] = []
+    for number, _, line in family.members(cell):
+        excess = (line["stress"] - yield_stress).broadcast_like(line[name]).values.ravel()
+        time, error = (line[f"{name}{end}"].values.ravel() for end in ("", "_error"))
+        known = np.isfinite(time) & (excess > 0)
+        if not known.any():
+            continue
+        steady = np.full(int(known.sum()), STEADY, dtype=object)
+        draw_points(axes, excess[known], time[known], error[known], steady, family.look(number))
+        points = {
+            "stress": quantity(line["stress"], (excess + yield_stress)[known]),
+            "stress_above_yield": Quantity(excess[known], "stress unit", "stress above yield"),
+            name: quantity(line[name], time[known]),
+            f"{name}_error": quantity(line[f"{name}_error"], error[known]),
+        }
+        show(axes, panel, name.replace("_", " "), points, place(line))
+        found += zip(excess[known].tolist(), time[known].tolist(), strict=True)
+    if not found:
+        reason = "none found" if np.isfinite(yield_stress) else r"$\sigma_y$ is not known"
+        axes.set(xticks=[], yticks=[])
+        axes.text(0.5, 0.5, reason, transform=axes.transAxes, ha="center", fontsize=8, color="0.35")
+        return
+    x, y = np.array(found).T
+    low, high = 0.6 * x.min(), 1.6 * x.max()
+    axes.set_xlim(low, high)
+    label_decades(axes.xaxis)
+    power = paper.YIELDING_EXPONENT
+    if unlike(cell):
+        keep(axes, panel, "exponent", power)
+        return
+    guide(axes, panel, x, y, power, rf"paper: power ${power.value:g}$")
+    if name == "yielding_time":
+        _mark_sample(axes, yield_stress)
+    axes.legend(loc="lower left", fontsize=WORDS)
+
+
+def _mark_sample(axes: Axes, yield_stress: float) -> None:
+    """Mark the sample that the paper shows as it yields."""
+    sample = paper.YIELDING_SAMPLE
+    label = rf"paper, Fig. 3 ($\beta$ = {sample.roughness:g})"
+    look: dict[str, Any] = {
+        "marker": "*",
+        "markersize": 9,
+        "markerfacecolor": "none",
+        "color": "0.35",
+    }
+    axes.plot(sample.stress - yield_stress, sample.time, linestyle="none", label=label, **look)
