@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from projects import drawings
 from typer.testing import CliRunner
 
 from softslip.cli import app
@@ -79,12 +80,9 @@ def test_tables_fits_and_figures_follow(results: Path) -> None:
     status, said = call("fit", results / "flow_curve.nc", "--output", results / "fits.nc")
     assert status == 0, said
     assert "too few" in said, f"two short runs give no law, but it says {said!r}"
-    figures = {
-        "fig5": [results / "flow_curve.nc", results / "fits.nc"],
-        "creep": [results / "creep.nc"],
-        "profiles": [results / "profiles.nc"],
-        "snapshot": [next((results / "shear").glob("*.nc"))],
-    }
+    figures = {name: data for name, data, _ in drawings(load_scenario(str(scenario)), results)}
+    assert {"fig3", "fig4", "fig5", "fig6", "fig8", "fig9"} <= set(figures)
+    figures["snapshot"] = [next((results / "shear").glob("*.nc"))]
     for name, data in figures.items():
         status, said = call("draw", name, *data, "--output", results / f"{name}.png")
         assert status == 0, said
@@ -122,7 +120,7 @@ def test_runs_lists_every_run_and_ticks_the_finished(results: Path) -> None:
         (("gather", "flows", "demo", "--output", "x.nc"), 2, ("table", "flow_curve")),
         (("gather", "creep", "demo", "--results", "none", "--output", "x.nc"), 1, ("done",)),
         (("draw", "pie", "x.nc", "--output", "x.png"), 2, ("figure", "snapshot")),
-        (("draw", "creep", "none.nc", "--output", "x.png"), 1, ("none.nc", "not there")),
+        (("draw", "fig4", "none.nc", "--output", "x.png"), 1, ("none.nc", "not there")),
         (("fit", "none.nc", "--output", "x.nc"), 1, ("none.nc", "not there")),
     ],
 )

@@ -7,12 +7,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from projects import drawings
 from typer.testing import CliRunner, Result
 
 import softslip
 from softslip.cli import app
 from softslip.config.scenario import load_scenario
 from softslip.config.stages import STAGES
+from softslip.files.products import FIGURES
 from softslip.files.storage import read_dataset
 from softslip.provenance.product_labels import read_product
 
@@ -59,10 +61,9 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
         output = results / f"{table}.nc"
         done("gather", table, scenario, "--results", results, "--output", output)
     done("fit", results / "flow_curve.nc", "--output", results / "fits.nc")
-    data = {"fig5": ("flow_curve", "fits"), "creep": ("creep",), "profiles": ("profiles",)}
-    for figure, names in data.items():
-        output = results / "figures" / f"{figure}.png"
-        done("draw", figure, *(results / f"{name}.nc" for name in names), "--output", output)
+    for figure, data, output in drawings(load_scenario(str(scenario)), results):
+        if not FIGURES[figure].sample:
+            done("draw", figure, *data, "--output", output)
     run = next((results / "shear").glob("*.nc"))
     done("draw", "snapshot", run, "--output", results / "figures" / "snapshots" / f"{run.stem}.png")
     return folder
@@ -139,7 +140,13 @@ def test_python_gives_the_same_as_the_command(inside: Path, tmp_path: Path) -> N
     assert chosen.records(run.run[:6]).attrs["run"] == run.run
 
 
-@pytest.mark.parametrize("name", ["fig5", "creep", "profiles", "snapshots/*"])
+def test_a_figure_of_one_run_shows_the_finished_one_that_is_nearest(inside: Path) -> None:
+    done("draw", "fig3", "desk.yaml", "--output", "near.png")
+    runs = load_scenario("desk.yaml").runs()
+    assert read_product(Path("near.png")).run == runs[1].ids["shear"], "0.5 is not there, 0.3 is"
+
+
+@pytest.mark.parametrize("name", ["fig4", "fig5", "fig8", "fig9", "snapshots/*"])
 def test_figures_of_real_runs_are_exported(inside: Path, tmp_path: Path, name: str) -> None:
     (figure,) = Path("results/desk/figures").glob(f"{name}.png")
     output = tmp_path / "out.csv"

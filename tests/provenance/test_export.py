@@ -70,7 +70,7 @@ def desk(tmp_path_factory):
     fits = put(fit_laws(curve), folder / "fits.nc", "fits", [curve])
     creeps = put(creep(runs), folder / "creep.nc", "creep")
     draw("fig5", folder / "figures" / "fig5.png", curve, fits)
-    draw("creep", folder / "figures" / "creep.svg", creeps)
+    draw("fig8", folder / "figures" / "fig8.svg", creeps, curve, fits)
     return folder
 
 
@@ -111,9 +111,12 @@ def test_a_figures_numbers_come_back_exactly(desk):
 
 
 def test_every_series_of_a_figure_has_its_rows(desk):
-    frame = frame_of(text_of(figure_table(desk / "figures" / "creep.svg")[0]))
-    drawn = figures.draw("creep", read_dataset(desk / "creep.nc", stage="creep"))
-    for axes, panel in zip(drawn.axes, "abc", strict=True):
+    frame = frame_of(text_of(figure_table(desk / "figures" / "fig8.svg")[0]))
+    stages = ("creep", "flow_curve", "fits")
+    drawn = figures.draw(
+        "fig8", *(read_dataset(desk / f"{each}.nc", stage=each) for each in stages)
+    )
+    for axes, panel in zip(drawn.axes[:3], "abc", strict=True):
         rows = frame[frame["panel"] == panel]
         column = "shear_rate_bulk" if panel == "c" else "shear_rate_wall"
         lines = [np.column_stack((line.get_xdata(), line.get_ydata())) for line in axes.lines]
@@ -254,18 +257,19 @@ def test_a_table_appears_whole_or_not_at_all(desk, tmp_path, monkeypatch):
 def test_the_datasets_of_a_figure_that_was_moved_are_found_where_they_are_said_to_be(
     desk, tmp_path
 ):
-    alone = tmp_path / "creep.svg"
-    alone.write_bytes((desk / "figures" / "creep.svg").read_bytes())
+    alone = tmp_path / "fig8.svg"
+    alone.write_bytes((desk / "figures" / "fig8.svg").read_bytes())
     with pytest.raises(
         DatasetError, match=r"drawn from creep desk with content_sha256 .*--results"
     ):
         figure_table(alone)
     assert text_of(figure_table(alone, desk)[0]) == text_of(
-        figure_table(desk / "figures" / "creep.svg")[0]
+        figure_table(desk / "figures" / "fig8.svg")[0]
     )
     # Beside it under any name is as good.
-    (tmp_path / "other.nc").write_bytes((desk / "creep.nc").read_bytes())
-    assert figure_table(alone)[0].title == "creep of desk"
+    for number, name in enumerate(("creep", "flow_curve", "fits")):
+        (tmp_path / f"other{number}.nc").write_bytes((desk / f"{name}.nc").read_bytes())
+    assert figure_table(alone)[0].title == "fig8 of desk"
 
 
 def test_a_dataset_that_was_replaced_is_not_the_figures(moved):
@@ -277,7 +281,7 @@ def test_a_dataset_that_was_replaced_is_not_the_figures(moved):
 
 
 def test_an_altered_figure_or_dataset_is_refused(moved):
-    path = moved / "figures" / "creep.svg"
+    path = moved / "figures" / "fig8.svg"
     path.write_bytes(path.read_bytes().replace(b"stroke-width", b"stroke_width", 1))
     with pytest.raises(DatasetError, match="has been altered"):
         figure_table(path)
@@ -291,7 +295,7 @@ def test_an_altered_figure_or_dataset_is_refused(moved):
 
 def test_a_figure_that_looks_different_now_is_told(desk, monkeypatch):
     monkeypatch.setattr(figures.transient, "THICK", 3.0)
-    table, notes = figure_table(desk / "figures" / "creep.svg")
+    table, notes = figure_table(desk / "figures" / "fig8.svg")
     assert table.series
     assert len(notes) == 1
     assert "looks different when it is redrawn" in notes[0]

@@ -1,7 +1,11 @@
 """Copies of the project in which Snakemake may do what it likes, and a scenario for them."""
 
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
+
+from softslip.config.scenario import Scenario
+from softslip.files.products import FIGURES, expected_results, run_shown
 
 ROOT = Path(__file__).parents[2]
 
@@ -24,3 +28,12 @@ def copy_project(folder: Path) -> Path:
         shutil.copytree(ROOT / name, folder / name)
     shutil.copy(ROOT / "Snakefile", folder)
     return folder
+
+
+def drawings(scenario: Scenario, results: Path) -> Iterator[tuple[str, list[Path], Path]]:
+    """Yield each figure of a scenario but those of single runs: name, datasets and file."""
+    for each in expected_results(scenario):
+        if each.rule == "figure":
+            entry = FIGURES[each.figure]
+            names = [f"shear/{run_shown(entry, scenario)}"] if entry.sample else entry.parents
+            yield each.figure, [results / f"{name}.nc" for name in names], results / each.name

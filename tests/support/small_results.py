@@ -16,11 +16,12 @@ import numpy as np
 import pytest
 import xarray as xr
 from PIL import Image
-from projects import TINY
+from projects import TINY, drawings
 
 from softslip.cli import app
 from softslip.config.scenario import load_scenario
 from softslip.files import stamps
+from softslip.files.products import expected_results
 from softslip.files.seals import seal
 from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST, VOLATILE, digests
 from softslip.provenance.verification import survey
@@ -67,11 +68,15 @@ def made() -> Path:
         _make("gather", table, source, "--results", results, "--output", results / f"{table}.nc")
     curve, fits = results / "flow_curve.nc", results / "fits.nc"
     _make("fit", curve, "--output", fits)
-    _make("draw", "fig5", curve, fits, "--output", results / "figures" / "fig5.png")
-    for name in ("creep", "profiles"):
-        picture = results / "figures" / f"{name}.png"
-        _make("draw", name, results / f"{name}.nc", "--output", picture)
+    for name, data, picture in drawings(load_scenario(str(source)), results):
+        _make("draw", name, *data, "--output", picture)
     return folder
+
+
+@functools.cache
+def count() -> int:
+    """Return how many results the scenario has: more with each table and figure."""
+    return len(list(expected_results(load_scenario(str(made() / f"{NAME}.yaml")))))
 
 
 _KEPT: list[tempfile.TemporaryDirectory[str]] = []

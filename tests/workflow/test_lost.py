@@ -13,7 +13,7 @@ from softslip.provenance.product_labels import read_product
 pytestmark = pytest.mark.workflow
 
 TABLES = ("flow_curve", "creep", "profiles", "fits")
-FIGURES = ("fig5", "creep", "profiles")
+FIGURES = ("fig3", "fig4", "fig5", "fig6", "fig8", "fig9")
 
 
 def place(folder: Path, kind: str) -> Path:

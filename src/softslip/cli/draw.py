@@ -9,10 +9,11 @@ import typer
 import xarray as xr
 
 from softslip.cli.common import Output, one_line_errors
-from softslip.cli.naming import file_named
+from softslip.cli.naming import file_named, is_scenario, scenario_of
+from softslip.config.scenario import load_scenario
 from softslip.errors import ConfigError
 from softslip.files.layout import DATASET, FIGURE
-from softslip.files.products import ANY_MORE, FIGURES, FITS, TABLES
+from softslip.files.products import ANY_MORE, FIGURES, FITS, TABLES, run_shown
 from softslip.files.storage import read_dataset
 from softslip.messages import brief
 from softslip.provenance.attribution import Job, parents_of
@@ -55,9 +56,13 @@ def draw(
 def _datasets(figure: str, data: list[Path]) -> list[xr.Dataset]:
     """Read what a figure shows, and refuse files of another kind or too few or many of them."""
     kinds = list(FIGURES[figure].parents)
+    if FIGURES[figure].sample and len(data) == 1 and _is_of_scenario(data[0]):
+        data = [_run_shown(figure, data[0])]
     if len(data) == 1 and set(kinds) <= {*TABLES, FITS}:
         names = [f"{kind}{DATASET}" for kind in kinds]
-        data = data if os.path.isfile(data[0]) else [file_named(data[0], name) for name in names]
+        data = (
+            data if not _is_of_scenario(data[0]) else [file_named(data[0], name) for name in names]
+        )
     if kinds[-1] == ANY_MORE:
         kinds[-1:] = [kinds[-2]] * (len(data) - len(kinds) + 1)
     if len(kinds) != len(data):
@@ -72,3 +77,25 @@ def _datasets(figure: str, data: list[Path]) -> list[xr.Dataset]:
         read_dataset(path, stage=stage, run=run or None)
         for path, (stage, run) in zip(data, stages, strict=True)
     ]
+
+
+def _is_of_scenario(given: Path) -> bool:
+    """Return whether a scenario or its folder is given, not a file of its results."""
+    return is_scenario(str(given)) or not os.path.isfile(given)
+
+
+def _run_shown(figure: str, given: Path) -> Path:
+    """Return the finished run of a scenario that a figure of one run shows."""
+    name, results = scenario_of(str(given), None)
+    scenario = load_scenario(name)
+    folder = (results or Path("results") / scenario.name) / "shear"
+    there = {path.stem for path in folder.glob(f"*{DATASET}")}
+    run = run_shown(FIGURES[figure], scenario, there)
+    if run is None:
+        raise ConfigError(
+            "data",
+            brief(str(given)),
+            "has no finished run with snapshots",
+            "finish one whose recording.snapshots has times",
+        )
+    return folder / f"{run}{DATASET}"

@@ -96,7 +96,7 @@ def test_flow_curves(curve, below):
                 marker, _, (bar,) = each.lines
                 drawn |= set(zip(*map(np.ndarray.tolist, marker.get_data()), strict=True))
                 bars += [segment[1, 0] for segment in bar.get_segments()]
-        kept = [one for kind in ("steady", "not steady") for one in series(figure, name, kind)]
+        kept = [one for kind in ("steady", "drifting") for one in series(figure, name, kind)]
         assert points(kept, name, "shear_stress") == drawn
         assert len(drawn) >= 8
         # The upper end of each bar is the rate with its error.
@@ -150,24 +150,25 @@ def test_further_dimensions_are_told_apart(runs):
     table = flow_curve(every)
     for figure in (
         figures.draw("fig5", table, fit_laws(table)),
-        figures.draw("creep", creep(every)),
-        figures.draw("profiles", profiles(every)),
+        figures.draw("fig8", creep(every), table, fit_laws(table)),
+        figures.draw("fig4", profiles(every)),
     ):
         found = {one.at["surface"].values for one in shown(figure) if "surface" in one.at}
         assert found == {"soft", "hard"}
 
 
 def test_creep(runs):
-    figure = figures.draw("creep", creep(runs))
+    table = flow_curve(runs)
+    figure = figures.draw("fig8", creep(runs), table, fit_laws(table))
     names = ("shear_rate_wall", "shear_rate_wall", "shear_rate_bulk")
-    for axes, panel, name in zip(figure.axes, "abc", names, strict=True):
+    for axes, panel, name in zip(figure.axes[:3], "abc", names, strict=True):
         assert points(series(figure, panel), "time", name) == lines(axes)
         assert len(axes.lines) == len(series(figure, panel)) > 3
     assert {one.at["seed"].values for one in series(figure, "a", "run")} == {1, 2}
 
 
 def test_profiles(runs):
-    figure = figures.draw("profiles", profiles(runs))
+    figure = figures.draw("fig4", profiles(runs))
     left, right = figure.axes[:2]
     for axes, panel in ((left, "left"), (right, "right")):
         drawn = lines(axes) - {(0.0, 0.0), (1.0, 1.0)}

@@ -20,6 +20,7 @@ from small_results import attribute, call, edit, edited_json, redigest, results
 from softslip.analysis.figures.drawing import save_figure
 from softslip.config.scenario import load_scenario
 from softslip.errors import DatasetError
+from softslip.files.products import DATASETS, FIGURES, figures_of
 from softslip.files.seals import check_seal, seal
 from softslip.files.storage import digests, read_dataset, write_dataset
 from softslip.provenance.verification import (
@@ -55,6 +56,11 @@ def only(results: Path, pattern: str) -> Path:
 
 
 # --- seals -------------------------------------------------------------------------------------
+
+
+def drawn_from(*stages: str) -> tuple[str, ...]:
+    """Return the figures of a scenario that are drawn from any of some datasets."""
+    return tuple(name for name in figures_of("figure") if set(FIGURES[name].parents) & set(stages))
 
 
 @pytest.fixture
@@ -210,7 +216,7 @@ def test_a_folder_that_is_not_there_is_refused(results: Path) -> None:
 def test_an_empty_folder_misses_everything(results: Path, tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     found = verified(tmp_path / "empty", small_results.source(results))
-    assert (len(found.missing), found.verdicts, found.problems) == (14, (), ())
+    assert (len(found.missing), found.verdicts, found.problems) == (small_results.count(), (), ())
 
 
 def forge_origin(path: Path, **changes: Any) -> None:
@@ -499,7 +505,7 @@ def test_every_product_comes_out_again_and_none_is_touched(results: Path) -> Non
     before = contents(results)
     outcomes = reruns(results)
     assert {each.verdict for each in outcomes} == {EQUAL}, [each.problem for each in outcomes]
-    assert len(outcomes) == 14
+    assert len(outcomes) == small_results.count()
     assert {each.how for each in outcomes} == {WHOLE}
     assert contents(results) == before
 
@@ -520,7 +526,8 @@ def test_a_forged_last_figure_does_not_come_out_again(results: Path) -> None:
 
 def test_forged_last_fits_do_not_come_out_again(results: Path) -> None:
     path = results / "fits.nc"
-    (results / "figures" / "fig5.png").unlink()
+    for name in drawn_from("fits"):
+        (results / "figures" / f"{name}.png").unlink()
     with netCDF4.Dataset(path, "a") as dataset:
         dataset["points"][...] = dataset["points"][...] + 1
     redigest(path)
@@ -560,7 +567,7 @@ def test_only_sound_products_of_sound_parents_are_made_again(results: Path) -> N
     named = {each.name for each in possible_reruns(verified(results))}
     other = sorted(results.glob("shear/*.nc"))[1].stem
     kept = {f"shear/{other}.nc", f"figures/snapshots/{other}.png", "fits.nc"}
-    drawn = {f"figures/{name}.png" for name in ("fig5", "creep", "profiles")}
+    drawn = {f"figures/{name}.png" for name in drawn_from(*DATASETS)}
     chain = {each for each in named if each.startswith(("packing", "expansion", "ageing"))}
     assert named == kept | drawn | chain
     assert len(chain) == 3

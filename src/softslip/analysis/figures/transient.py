@@ -153,6 +153,10 @@ def _mark_yielding(axes: Axes, cell: xr.Dataset, mean: xr.Dataset, yield_stress:
                 height = np.exp(np.interp(yielded, time[known], np.log(rate[known])))
                 look = {"color": colour, "markeredgecolor": "black", "markeredgewidth": 0.5}
                 axes.plot(yielded, height, marker="v", markersize=4.5, zorder=4, **look)
+                line = mean["shear_rate_bulk"].isel(at)
+                points = {"time": quantity(mean["time"], [yielded])}
+                points["shear_rate_bulk"] = quantity(line, [height])
+                show(axes, "c", "yielding", points, place(line))
 
 
 def _add_legends(
