@@ -47,18 +47,18 @@ def test_stresses_share_packing_expansion_and_ageing(copy: Path) -> None:
 TOY = '''
 """A figure that is drawn from two datasets."""
 
-from softslip.analysis.figures.transient import creep
+from softslip.analysis.figures.velocity import profiles
 
 
 def toy_figure(table, fits):
     """Draw a table."""
-    return creep(table)
+    return profiles(table)
 '''
 """The module of a new figure."""
 
 TOY_TABLE = """
         TableEntry(
-            "toy_table", "gather", ("shear",), "softslip.analysis.observables.tables:creep", "Toys."
+            "toy_table", "gather", ("shear",), "softslip.analysis.observables.tables:profiles", "Toys."
         ),
 """
 TOY_FIGURE = """
