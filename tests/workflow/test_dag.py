@@ -58,7 +58,11 @@ def toy_figure(table, fits):
 
 TOY_TABLE = """
         TableEntry(
-            "toy_table", "gather", ("shear",), "softslip.analysis.observables.tables:profiles", "Toys."
+            "toy_table",
+            "gather",
+            ("shear",),
+            "softslip.analysis.observables.tables:profiles",
+            "Toys.",
         ),
 """
 TOY_FIGURE = """
