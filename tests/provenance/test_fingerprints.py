@@ -53,6 +53,7 @@ TABLE = [
     (FLOWING, "solver.integrators solver.integrators.chebyshev solver.integrators.explicit"),
     (FLOWING, "solver.integrators.spectral solver.integrators.stepping solver.kernels"),
     (FLOWING, "solver.membrane solver.mobility.ewald solver.mobility.grid solver.mobility.near"),
+    (FLOWING, "solver.clusters solver.lanes solver.mobility.blob solver.mobility.rigid"),
     (FLOWING, "solver.mobility.outside solver.mobility.quadrature solver.mobility.rest"),
     (FLOWING, "solver.mobility.transform solver.mobility.window solver.rheometer"),
     (FLOWING, "solver.splitting solver.state solver.stepper_memory solver.steric"),

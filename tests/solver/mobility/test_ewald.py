@@ -117,7 +117,7 @@ def test_velocity_at_a_node_is_the_velocity_of_the_node():
     points = mobility.velocities_at(positions[:7], positions, forces)
     without_self = points - nodes[:7]
     # A point is no node: it feels the node that it lies on, whose force is the node's own.
-    # The table interpolates what a node has of itself in closed form.
+    # Polynomials stand for what a node has of itself in closed form.
     assert root_mean_square(without_self) < 1e-5 * root_mean_square(nodes)
 
 
@@ -199,11 +199,11 @@ def test_rigid_nodes_move_as_any(seed, lower, upper):
     exact, found = (m.velocities(positions, forces) for m in (plain, rigid))
     assert rigid.pairs == plain.pairs
     error = root_mean_square(found - exact) / root_mean_square(exact)
-    # Wall nodes are displaced by up to 2, which costs them digits of 4e-16.
-    assert error < 1e-11, f"relative error {error:.1e}"
+    # Rigid pairs are worked out in closed form, others by polynomials.
+    assert error < 1e-6, f"relative error {error:.1e}"
     points = np.concatenate((inner[:3] + 0.01, positions[-2:]))
     exact, found = (m.velocities_at(points, positions, forces) for m in (plain, rigid))
-    assert root_mean_square(found - exact) < 1e-11 * root_mean_square(exact)
+    assert root_mean_square(found - exact) < 1e-6 * root_mean_square(exact)
 
 
 def test_rigid_walls_within_each_others_reach_are_refused():

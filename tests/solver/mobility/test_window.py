@@ -68,9 +68,9 @@ def gather(points, field):
     mesh = np.zeros((SHAPE[0] + module.WIDTH, SHAPE[1] + module.WIDTH, 2))
     mesh[: SHAPE[0], : SHAPE[1]] = field
     module.fill_margins(mesh)
-    values = np.empty((len(points), 2))
+    values = np.empty((2, len(points)))
     module.gather_window(points.T.copy(), mesh, PERIODS, values)
-    return values
+    return values.T
 
 
 @given(st.integers(0, 2**31), st.sampled_from([1, 15, module.BLOCK, 2 * module.BLOCK + 3]))

@@ -10,26 +10,23 @@ The mesh scheme responds in the same way up to O(k²) with ε of
     e^{-ε²k²} = far + near,
 
 ``far`` being a smooth blob of force as wide as the reach, for which a coarse mesh does, and
-``near`` a sum over pairs within the reach (`solver.mobility.near` says what both are).
+``near`` a sum over pairs within the reach (`solver.mobility.blob` says what both are).
 """
 
 import math
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from softslip.solver.clusters import Slots
 from softslip.solver.compilation import compiled
-from softslip.solver.geometry import Box, FloatArray, IndexArray, IntArray
+from softslip.solver.geometry import Box, FloatArray, IntArray
+from softslip.solver.mobility.blob import MESH_REACH, Blob
 from softslip.solver.mobility.grid import inverse_or_zero
-from softslip.solver.mobility.near import (
-    MESH_REACH,
-    RigidPairs,
-    add_near,
-    far_factor,
-    near_on_itself,
-    near_table,
-)
+from softslip.solver.mobility.near import NearSum
+from softslip.solver.mobility.rigid import RigidPairs
 from softslip.solver.mobility.transform import PaddedTransform
 from softslip.solver.mobility.window import (
     WIDTH,
@@ -133,21 +130,18 @@ class EwaldMobility:
         nx, ny = self.shape = (mesh_lines(box.length / finest), mesh_lines(box.period / finest))
         # Rounding up the lines has made the mesh finer: the near sum need not reach as far.
         self.reach = MESH_REACH / math.pi * max(box.length / nx, box.period / ny)
-        self._straight, self._crossed = self._response(regularisation, viscosity)
+        self._over_reach = (box.length / self.reach, box.period / self.reach)
+        self._blob = Blob.fitted(regularisation / self.reach)
+        self._straight, self._crossed = self._response(viscosity)
         self._transform = PaddedTransform(nx, ny, WIDTH)
-        self._table, self._first_cell = near_table(regularisation, self.reach)
         self._scale = 1 / (2 * math.pi * viscosity)
-        self._on_itself = self._scale * near_on_itself(regularisation, self.reach)
         self._list = VerletList(box.length, self.reach, SKIN * self.reach)
-        self._listed: tuple[IntArray, IntArray] | None = None
-        self._partners: IndexArray = np.empty(0, np.uint32)
         self._rigid = RigidPairs.none() if rigid is None else self._rigid_pairs(rigid)
         self._aside = ThreadPoolExecutor(1) if threads > 1 else None
+        self._room = _Room(self._blob, Slots(0, 0), 1.0)
         self.pairs = 0
 
-    def _response(
-        self, regularisation: float, viscosity: float
-    ) -> tuple[FloatArray, NDArray[np.complex128]]:
+    def _response(self, viscosity: float) -> tuple[FloatArray, NDArray[np.complex128]]:
         """Return what `respond` takes, both windows divided out."""
         nx, ny = self.shape
         spacing = (self._periods[0] / nx, self._periods[1] / ny)
@@ -155,7 +149,7 @@ class EwaldMobility:
         ky = 2 * np.pi * np.asarray(np.fft.fftfreq(ny, spacing[1]), np.float64)[None, :]
         squared = kx**2 + ky**2
         window = window_transform(kx, spacing[0]) * window_transform(ky, spacing[1])
-        far = far_factor(np.sqrt(squared), regularisation, self.reach)
+        far = self._blob.far_factor(self.reach * np.sqrt(squared))
         straight = 0.5 * far * inverse_or_zero(viscosity * squared * window**2)
         straight *= spacing[0] * spacing[1] / (nx * ny)
         # Neither sign of the highest wavenumber is the right one; the blob has next to none of it.
@@ -173,15 +167,13 @@ class EwaldMobility:
             )
         count, length = len(rigid), self._periods[0]
         starts, partners = find_pairs(rigid, np.arange(count), count, length, self.reach)
-        return RigidPairs(
-            rigid, starts, partners, length, self._table, self._first_cell, self._scale
-        )
+        return RigidPairs(rigid, starts, partners, length, self._blob, self.reach, self._scale)
 
-    def _spread(self, points: FloatArray, forces: FloatArray) -> None:
-        """Set the far mesh to the forces; points and forces have shape (2, nodes)."""
+    def _spread(self, room: "_Room") -> None:
+        """Set the far mesh to the forces."""
         mesh = self._transform.mesh
         mesh[:] = 0.0
-        spread_window(points, forces, self._periods, mesh)
+        spread_window(room.points, room.forces, self._over_reach, mesh)
         fold_margins(mesh)
 
     def _solve(self) -> None:
@@ -190,13 +182,11 @@ class EwaldMobility:
         respond(self._transform.modes, self._straight, self._crossed)
         self._transform.backward()
 
-    def _gather(self, points: FloatArray) -> FloatArray:
-        """Return the far velocities at points of shape (2, points), shape (points, 2)."""
+    def _gather(self, room: "_Room") -> None:
+        """Fill the far velocities."""
         mesh = self._transform.mesh
         fill_margins(mesh)
-        result = np.empty((points.shape[1], 2))
-        gather_window(points, mesh, self._periods, result)
-        return result
+        gather_window(room.points, mesh, self._over_reach, room.far)
 
     def near_pairs(self, positions: FloatArray) -> tuple[IntArray, IntArray]:
         """Return the pairs of nodes that may be within the reach, rigid ones left out."""
@@ -204,60 +194,43 @@ class EwaldMobility:
         free = count - self._rigid.nodes
         if not free:
             # Between walls alone, whose pairs are rigid: nothing to search for, or to keep.
-            return np.zeros(count + 1, np.int64), np.empty(0, np.int64)
+            return _nothing_listed(count)
         return self._list.pairs(positions, np.arange(count), free)
 
-    def _listed_pairs(self, positions: FloatArray) -> tuple[IntArray, IndexArray]:
-        """Return the same pairs with small indices."""
-        listed = self.near_pairs(positions)
-        if listed is not self._listed:
-            self._listed, self._partners = listed, listed[1].astype(np.uint32)
-        return listed[0], self._partners
-
-    def _add_near(
-        self,
-        points: FloatArray,
-        forces: FloatArray,
-        listed: tuple[IntArray, IndexArray],
-        velocities: FloatArray,
-    ) -> None:
-        """Add the near velocities of nodes; all arrays have shape (nodes, 2)."""
-        velocities += self._on_itself * forces
-        free_pairs = add_near(
-            points,
-            forces,
-            *listed,
-            self._periods[0],
-            self.reach,
-            self._table,
-            self._first_cell,
-            self._scale,
-            velocities,
-        )
-        first = len(velocities) - self._rigid.nodes
-        self._rigid.add(forces[first:], velocities[first:])
-        self.pairs = free_pairs + self._rigid.pairs
-
-    def _far(self, positions: FloatArray, forces: FloatArray) -> FloatArray:
-        points = positions.T.copy()
-        self._spread(points, forces.T.copy())
+    def _far(self, room: "_Room") -> None:
+        self._spread(room)
         self._solve()
-        return self._gather(points)
+        self._gather(room)
 
-    def _near(self, positions: FloatArray, forces: FloatArray) -> FloatArray:
-        result = np.zeros_like(positions)
-        self._add_near(positions, forces, self._listed_pairs(positions), result)
-        return result
+    def _near(self, room: "_Room", listed: tuple[IntArray, IntArray]) -> int:
+        """Fill the near velocities and return the number of pairs."""
+        return room.near_sum.fill(room.points, room.forces, listed, room.near)
 
     def velocities(self, positions: FloatArray, forces: FloatArray) -> FloatArray:
         """Return the fluid velocity at the nodes, shape (nodes, 2); see `Mobility`."""
         positions, forces = np.ascontiguousarray(positions), np.ascontiguousarray(forces)
+        count, free = len(positions), len(positions) - self._rigid.nodes
+        if self._room.slots.nodes != count:
+            self._room = _Room(self._blob, Slots(free, count - free), self._over_reach[0])
+        room, listed = self._room, self.near_pairs(positions)
+        room.take(positions, forces, self.reach)
         if self._aside is None:
-            near = self._near(positions, forces)
-            return self._far(positions, forces) + near
-        pending = self._aside.submit(self._near, positions, forces)
-        far = self._far(positions, forces)
-        return far + pending.result()
+            found = self._near(room, listed)
+            self._far(room)
+        else:
+            pending = self._aside.submit(self._near, room, listed)
+            self._far(room)
+            found = pending.result()
+        self.pairs = found + self._rigid.pairs
+        result = np.empty_like(positions)
+        self._give(room, forces, result)
+        return result
+
+    def _give(self, room: "_Room", forces: FloatArray, result: FloatArray) -> None:
+        """Set the velocities of all nodes, shape (nodes, 2), to the sum of their parts."""
+        room.slots.sum_of(room.far, room.near, self._scale, result)
+        first = len(result) - self._rigid.nodes
+        self._rigid.add(forces[first:], result[first:])
 
     def velocities_at(
         self, points: FloatArray, positions: FloatArray, forces: FloatArray
@@ -266,14 +239,43 @@ class EwaldMobility:
 
         Points are nodes without force, which have no pairs with each other.
         """
-        count = len(points)
+        count, nodes = len(points), len(positions)
         everywhere = np.concatenate((points, positions))
         without = np.concatenate((np.zeros_like(points), forces))
-        self._spread(positions.T.copy(), forces.T.copy())
-        self._solve()
-        result = self._gather(everywhere.T.copy())
-        body = np.concatenate((np.zeros(count, np.int64), 1 + np.arange(len(positions))))
-        free = 1 + len(positions) - self._rigid.nodes
-        starts, partners = find_pairs(everywhere, body, free, self._periods[0], self.reach)
-        self._add_near(everywhere, without, (starts, partners.astype(np.uint32)), result)
+        # Bodies whose nodes are no pairs: all points, and all nodes.
+        body = np.repeat([0, 1], [count, nodes])
+        listed = find_pairs(everywhere, body, 2, self._periods[0], self.reach)
+        room = _Room(self._blob, Slots(count, nodes), self._over_reach[0])
+        room.take(everywhere, without, self.reach)
+        self._near(room, listed)
+        self._far(room)
+        result = np.empty_like(everywhere)
+        room.slots.sum_of(room.far, room.near, self._scale, result)
         return result[:count]
+
+
+class _Room:
+    """Arrays of an evaluation, in slots, used again by the next.
+
+    Attributes
+    ----------
+    points, forces
+        Places over the reach, and forces, shape (2, slots).
+    near, far
+        Velocities, the near ones over 1/(2πη), shape (2, slots).
+    """
+
+    def __init__(self, blob: Blob, slots: Slots, length: float) -> None:
+        self.slots, self.near_sum = slots, NearSum(blob, slots, length)
+        self.points, self.forces = slots.places(), slots.values()
+        self.near, self.far = slots.values(), slots.values()
+
+    def take(self, positions: FloatArray, forces: FloatArray, reach: float) -> None:
+        """Take the nodes of an evaluation, shape (nodes, 2)."""
+        self.slots.fill(positions, 1 / reach, self.points)
+        self.slots.fill(forces, 1.0, self.forces)
+
+
+@cache
+def _nothing_listed(count: int) -> tuple[IntArray, IntArray]:
+    return np.zeros(count + 1, np.int64), np.empty(0, np.int64)

@@ -1,369 +1,295 @@
 """The near part of the Ewald sum: what nodes closer than a reach add to each other's velocity.
 
-A point force is replaced by a blob of force of radius R, the reach, whose transform is
-
-    far(k) = ŵ(k) [1 + (w₂ - ε²) k²],    ŵ(k) = g(√(β² - k²R²))/g(β) = 1 - w₂k² + …,
-    g(z) = (z cosh z - sinh z)/z³,
-
-a Kaiser-Bessel function in the plane: in space w ~ sinh(β u), u = √(1 - r²/R²), and nothing beyond
-R. The bracket gives the blob the second moment of the regularised force, and so near = e^{-ε²k²}
-- far = O(k⁴). As the flow of a force obeys the biharmonic equation where there is none, both then
-cause the same flow beyond R, exactly: the near sum ends at R by itself, where that of the usual
-Gaussian blob has to be cut off.
-
-A force f at distance r causes the near velocity T_t f + (T_r - T_t)(f·r̂) r̂, with
-
-    2πη T_r = A₁,    2πη T_t = A₀ - A₁,
-    A₀ = ∫ near(k) J₀(kr) dk/k = ∫_r^∞ (Q_ε - Q) dr'/r',    A₁ = r⁻² ∫_0^r A₀ r' dr',
-
-Q_ε and Q being the shares of the regularised force and of the blob within r. Both integrals are
-elementary but for E₁ and for one smooth function of u, which is expanded in Chebyshev polynomials.
+`solver.mobility.blob` has the functions of the distance; here they are worked out for eight pairs
+of nodes at once, and applied to the forces of both.
 """
 
 import math
 
 import numpy as np
-from numpy.polynomial import Chebyshev
-from scipy.special import exp1, ive
+from numpy.polynomial import Chebyshev, Polynomial
+from scipy.special import exp1
 
+from softslip.solver.clusters import SIZE, Slots
 from softslip.solver.compilation import compiled
 from softslip.solver.geometry import FloatArray, IndexArray, IntArray
+from softslip.solver.lanes import (
+    Lanes,
+    add_four,
+    add_two,
+    below,
+    eight,
+    equal,
+    exponent_of,
+    four_twice,
+    how_many,
+    mantissa_of,
+    multiply_add,
+    nearest_integer,
+    two_by_four,
+    where,
+)
+from softslip.solver.mobility.blob import DEGREE, Blob
 
-MESH_REACH = 10.0
-"""Highest wavenumber of the far mesh times the reach: beyond it the blob has no modes to speak of.
+DECAYED = 14.0
+"""c = r²/4ε² from which on E₁(c) and e^{-c} count as zero (6e-8)."""
 
-Fewer lines or a shorter reach leave more out: the error of the sums falls by e for each unit.
-"""
-
-BLOB_SHAPE = 8.7
-"""Shape parameter β of the blob: 0.87 of `MESH_REACH`, where the error is least."""
-
-CELL_BITS = 5
-"""Leading bits of the mantissa of r² that number the cells of the near table within an octave."""
-
-FIRST_CELL = 0.125
-"""First cell of the near table in units of ε²: within it the functions are nearly constant."""
-
-BATCH = 8
-"""Nodes whose pairs are worked out together: their scratch arrays stay in the fastest cache."""
-
-_SHIFT = 52 - CELL_BITS
-_TERMS = 40
-
-
-def _blob_norm() -> float:
-    return math.cosh(BLOB_SHAPE) - math.sinh(BLOB_SHAPE) / BLOB_SHAPE
+_POWERS = DEGREE + 2
+_LOG_DEGREE, _CLOSE_DEGREE = 7, 14
 
 
-def blob_moment(reach: float) -> float:
-    """Return w₂, the second-order coefficient of ŵ(k) = 1 - w₂k² + … [length unit squared]."""
-    ratio = float(ive(2.5, BLOB_SHAPE) / ive(1.5, BLOB_SHAPE))
-    return reach**2 * ratio / (2 * BLOB_SHAPE)
+def _logarithm() -> FloatArray:
+    """Return the polynomial for -¼ ln m, 1 <= m < 2, and the part of an exponent (error 5e-8).
 
-
-def far_factor(wavenumbers: FloatArray, regularisation: float, reach: float) -> FloatArray:
-    """Return far(k), the transform of the blob that stands for a regularised point force.
-
-    Parameters
-    ----------
-    wavenumbers
-        k [1 / length unit].
-    regularisation, reach
-        ε and R [length unit].
+    It meets the ends exactly, so that there are no steps between exponents.
     """
-    root = np.sqrt(BLOB_SHAPE**2 - (wavenumbers * reach) ** 2 + 0j)
-    root = np.where(np.abs(root) < 1e-3, 1e-3, root)  # g is flat there: 1e-7 off.
-    plain = np.real((root * np.cosh(root) - np.sinh(root)) / root**3)
-    bracket = 1 + (blob_moment(reach) - regularisation**2) * wavenumbers**2
-    factor: FloatArray = plain * BLOB_SHAPE**2 / _blob_norm() * bracket
-    return factor
+    t = 1.5 + 0.5 * np.cos(np.pi * (np.arange(64) + 0.5) / 64)
+    ends = (t - 1) * (2 - t)
+    line = math.log(2) * (t - 1)
+    fit = Polynomial.fit(t, (np.log(t) - line) / ends, _LOG_DEGREE - 2, domain=(-1, 1), w=ends)
+    whole = fit * Polynomial([-2, 3, -1]) + math.log(2) * Polynomial([-1, 1])
+    return -0.25 * np.append(whole.coef, math.log(2))
 
 
-def _blob_series(regularisation: float, reach: float) -> tuple[Chebyshev, Chebyshev]:
-    """Return S and M of u: A₀ = -½ ln x + S and A₁ = ¼ (1 - ln x) + M of the blob, x = r²/R².
+def _close() -> FloatArray:
+    """Return polynomials in 2c/c₀ - 1 for two functions up to c₀ = `DECAYED` (error 1e-7).
 
-    The share of the blob beyond r is 1 - Q = (h(u) - b x cosh(βu)/u)/N, h = u cosh βu - sinh(βu)/β
-    and N = h(1); S and M follow by integrating it over x once and twice.
+    They are Ein(c) + 1 - G(c), Ein(c) = ln c + γ + E₁(c), and (1 - G(c))/c.
     """
-    beta, norm = BLOB_SHAPE, _blob_norm()
-    bracket = (blob_moment(reach) - regularisation**2) * (beta / reach) ** 2
-    u = 0.5 - 0.5 * np.cos(np.pi * (np.arange(_TERMS) + 0.5) / _TERMS)
-    h = u * np.cosh(beta * u) - np.sinh(beta * u) / beta
-    slope = _expanded(u, (h / norm - 1) * u / (1 - u**2))
-    edge = _expanded(u, bracket * np.sinh(beta * u) / (beta * norm))
-    series = slope.integ(lbnd=0.0) - edge
-    moment = (series * Chebyshev([0.5, 0.5], domain=(0, 1))).integ(lbnd=1.0)
-    return series, _expanded(u, -moment(u) / (1 - u**2))
+    t = np.cos(np.pi * (np.arange(64) + 0.5) / 64)
+    c = 0.5 * DECAYED * (t + 1)
+    g = -np.expm1(-c) / c
+    functions = np.log(c) + np.euler_gamma + exp1(c) + 1 - g, (1 - g) / c
+    fits = [Chebyshev.fit(t, values, _CLOSE_DEGREE, domain=(-1, 1)) for values in functions]
+    return np.stack([fit.convert(kind=Polynomial).coef for fit in fits])
 
 
-def _expanded(u: FloatArray, values: FloatArray) -> Chebyshev:
-    """Return the Chebyshev series on 0..1 through the values at the Chebyshev points u."""
-    return Chebyshev.fit(u, values, u.size - 1, domain=(0.0, 1.0))
+_LOGARITHM, _CLOSE = _logarithm(), _close()
+"""Constants to the compiled loops."""
 
 
-def near_profiles(
-    distance: FloatArray, regularisation: float, reach: float
-) -> tuple[FloatArray, FloatArray]:
-    """Return 2πη T_t and 2πη (T_r - T_t) at distances above zero and up to the reach.
-
-    Parameters
-    ----------
-    distance
-        0 < r <= R [length unit].
-    regularisation, reach
-        ε and R [length unit].
-    """
-    series, mean = _blob_series(regularisation, reach)
-    x = (distance / reach) ** 2
-    u, log = np.sqrt(1 - x), np.log(x)
-    c = (0.5 * distance / regularisation) ** 2
-    own = exp1(c)
-    a0 = -0.5 * (log + own) + series(u)
-    a1 = 0.25 * (1 - log - own) + mean(u) + 0.25 * np.expm1(-c) / c
-    return a0 - a1, 2 * a1 - a0
-
-
-def near_on_itself(regularisation: float, reach: float) -> float:
-    """Return 2πη T_t = 2πη T_r at zero distance: half of A₀ there, which is its own mean."""
-    series, _ = _blob_series(regularisation, reach)
-    log = 2 * math.log(2 * regularisation / reach) - float(np.euler_gamma)
-    return 0.5 * (-0.5 * log + float(series(1.0)))
-
-
-def _cell_of(squared: float) -> int:
-    return int(np.array([squared]).view(np.int64)[0]) >> _SHIFT
-
-
-def near_table(regularisation: float, reach: float) -> tuple[FloatArray, int]:
-    """Return the near table, shape (cells, 6), and the number that its first cell has.
-
-    The cells are those of the floating-point numbers r² themselves, 2^CELL_BITS to an octave, so
-    that ε is resolved whatever the reach; the first cell goes down to zero. Each holds the
-    coefficients, in rising powers of r², of the parabolas for 2πη T_t and 2πη (T_r - T_t)/r²
-    through three Chebyshev points. The errors are below 2e-6, but for 3e-5 in the last cell, where
-    the blob ends in a corner: less than what the far mesh leaves out.
-    """
-    first = _cell_of(FIRST_CELL * regularisation**2)
-    numbers = np.arange(first, _cell_of(reach**2) + 1)
-    low, high = ((numbers + step << _SHIFT).view(np.float64) for step in (0, 1))
-    low[0], high[-1] = 0.0, reach**2
-    nodes = np.cos(np.pi * np.array([1, 3, 5]) / 6)
-    squared = 0.5 * (low + high)[:, None] + 0.5 * (high - low)[:, None] * nodes
-    tangential, excess = near_profiles(np.sqrt(squared), regularisation, reach)
-    table = [_parabolas(squared, values) for values in (tangential, excess / squared)]
-    return np.ascontiguousarray(np.concatenate(table, axis=1)), first
-
-
-def _parabolas(x: FloatArray, values: FloatArray) -> FloatArray:
-    """Return the coefficients in rising powers of parabolas through three points a row."""
-    first = (values[:, 1] - values[:, 0]) / (x[:, 1] - x[:, 0])
-    last = (values[:, 2] - values[:, 1]) / (x[:, 2] - x[:, 1])
-    c2 = (last - first) / (x[:, 2] - x[:, 0])
-    c1 = first - c2 * (x[:, 0] + x[:, 1])
-    c0 = values[:, 0] - x[:, 0] * (c1 + x[:, 0] * c2)
-    return np.column_stack((c0, c1, c2))
+def near_series(blob: Blob) -> FloatArray:
+    """Return what the near functions of a blob take, in a row: see `_far_apart` and `_close_by`."""
+    p, q = blob.polynomials()
+    own = 0.25 - 0.5 * math.log(2 * blob.ratio) + 0.25 * float(np.euler_gamma)
+    return np.concatenate((p, q, [blob.ratio**2, own]))
 
 
 @compiled
-def _close_pairs(
-    nodes: tuple[int, int],
-    flat: FloatArray,
-    starts: IntArray,
-    partners: IndexArray,
-    length: float,
-    cutoff: float,
-    found: IndexArray,
-    ends: IndexArray,
-    arms: FloatArray,
-    squared: FloatArray,
-) -> int:
-    """Pick the pairs of some successive nodes within the reach out of the list; count them."""
-    first, inverse, n, one, two = nodes[0], 1.0 / length, np.uint32(0), np.uint64(1), np.uint64(2)
-    for i in range(nodes[0], nodes[1]):
-        own_x, own_y = flat[2 * i], flat[2 * i + 1]
-        for k in range(starts[i], starts[i + 1]):
-            at = np.uint64(partners[k]) * two
-            x, y = flat[at] - own_x, flat[at + one] - own_y
-            x -= length * np.floor(x * inverse + 0.5)
-            distance = x * x + y * y
-            # Written where the next pair overwrites it unless it counts: no branch to mispredict.
-            found[n], squared[n] = at, distance
-            arms[two * np.uint64(n)], arms[two * np.uint64(n) + one] = x, y
-            n += np.uint32(distance < cutoff)
-        ends[i - first] = n
-    return int(n)
+def _sum_of(series: FloatArray, first: int, count: int, x: Lanes) -> Lanes:
+    """Return the polynomial whose coefficients stand in a place of a row, in rising powers."""
+    at, left = np.uint64(first + count - 1), count - 1
+    value = equal(series[at])
+    while left > 0:
+        at -= np.uint64(1)
+        left -= 1
+        value = multiply_add(x, value, series[at])
+    return value
 
 
 @compiled
-def _look_up(
-    squared: FloatArray, count: int, table: FloatArray, first: int, functions: FloatArray
-) -> None:
-    """Set ``functions`` to T_t and (T_r - T_t)/r², by turns, at the first squared distances."""
-    bits, lowest, shift = squared.view(np.uint64), np.uint64(first), np.uint64(_SHIFT)
-    one, two, three = np.uint64(1), np.uint64(2), np.uint64(3)
-    four, five, six = np.uint64(4), np.uint64(5), np.uint64(6)
-    flat = table.reshape(-1)
-    for p in range(count):
-        x = squared[p]
-        at = six * (max(bits[p] >> shift, lowest) - lowest)
-        functions[2 * p] = flat[at] + x * (flat[at + one] + x * flat[at + two])
-        functions[2 * p + 1] = flat[at + three] + x * (flat[at + four] + x * flat[at + five])
+def _logarithmic(x: Lanes) -> Lanes:
+    """Return -¼ ln x of positive numbers."""
+    m = mantissa_of(x)
+    square = m * m
+    low = multiply_add(
+        square,
+        multiply_add(m, _LOGARITHM[3], _LOGARITHM[2]),
+        multiply_add(m, _LOGARITHM[1], _LOGARITHM[0]),
+    )
+    high = multiply_add(
+        square,
+        multiply_add(m, _LOGARITHM[7], _LOGARITHM[6]),
+        multiply_add(m, _LOGARITHM[5], _LOGARITHM[4]),
+    )
+    mantissa = multiply_add(square * square, high, low)
+    return multiply_add(exponent_of(x), _LOGARITHM[8], mantissa)
+
+
+@compiled
+def _far_apart(x: Lanes, series: FloatArray) -> tuple[Lanes, Lanes]:
+    """Return T_t and (T_r - T_t)/x where the regularised force is all within r."""
+    squared_ratio = series[2 * _POWERS]
+    inverse = 1.0 / x
+    own = inverse * squared_ratio
+    tangential = _sum_of(series, 0, _POWERS, x) + (_logarithmic(x) + own)
+    excess = inverse * multiply_add(own, -2.0, _sum_of(series, _POWERS, _POWERS, x))
+    return tangential, excess
+
+
+@compiled
+def _close_by(x: Lanes, series: FloatArray) -> tuple[Lanes, Lanes]:
+    """Return the same where c < `DECAYED`, with 1/x and ln x taken out."""
+    per_c = 0.25 / series[2 * _POWERS]
+    t = multiply_add(x, 2.0 / DECAYED * per_c, -1.0)
+    logarithmic = _sum_of(_CLOSE[0], 0, _CLOSE_DEGREE + 1, t)
+    fraction = _sum_of(_CLOSE[1], 0, _CLOSE_DEGREE + 1, t)
+    tangential = multiply_add(
+        logarithmic, -0.25, _sum_of(series, 0, _POWERS, x) + series[2 * _POWERS + 1]
+    )
+    # q(0) = ½ is what G(0) takes away.
+    excess = multiply_add(fraction, 0.5 * per_c, _sum_of(series, _POWERS + 1, _POWERS - 1, x))
+    return tangential, excess
+
+
+@compiled
+def _limits(series: FloatArray) -> FloatArray:
+    """Return the x below which pairs count, and count as close, for two vectors each, (2, 32).
+
+    Of a cluster with itself, in the second row, only later nodes are partners.
+    """
+    limits = np.zeros((2, 2 * SIZE * SIZE))
+    for i in range(SIZE):
+        for j in range(SIZE):
+            for same in range(2):
+                if j > i or not same:
+                    limits[same, SIZE * i + j] = 1.0
+                    limits[same, SIZE * (SIZE + i) + j] = 4.0 * DECAYED * series[2 * _POWERS]
+    return limits
 
 
 @compiled
 def _add_pairs(
-    nodes: tuple[int, int],
-    ends: IndexArray,
-    found: IndexArray,
-    arms: FloatArray,
-    functions: FloatArray,
-    forces: FloatArray,
-    scale: float,
-    flat: FloatArray,
-) -> None:
-    """Add the velocities of the pairs of some successive nodes to ``flat``, node after node."""
-    first, p, one, two = nodes[0], np.uint64(0), np.uint64(1), np.uint64(2)
-    for i in range(nodes[0], nodes[1]):
-        fx, fy = scale * forces[2 * i], scale * forces[2 * i + 1]
-        ux, uy, end = 0.0, 0.0, np.uint64(ends[i - first])
-        while p < end:
-            at = np.uint64(found[p])
-            x, y = arms[two * p], arms[two * p + one]
-            tangential, excess = functions[two * p], functions[two * p + one]
-            gx, gy = forces[at], forces[at + one]
-            there = excess * (gx * x + gy * y)
-            back = excess * (fx * x + fy * y)
-            ux += tangential * gx + there * x
-            uy += tangential * gy + there * y
-            flat[at] += tangential * fx + back * x
-            flat[at + one] += tangential * fy + back * y
-            p += one
-        flat[2 * i] += scale * ux
-        flat[2 * i + 1] += scale * uy
-
-
-@compiled
-def add_near(
+    clusters: tuple[int, int],
     points: FloatArray,
     forces: FloatArray,
     starts: IntArray,
     partners: IndexArray,
     length: float,
-    reach: float,
-    table: FloatArray,
-    first: int,
-    scale: float,
+    series: FloatArray,
     velocities: FloatArray,
 ) -> int:
-    """Add the near velocities of all listed pairs closer than the reach; return their number.
+    """Add the near velocities of pairs of clusters, over 1/(2πη); return the number of pairs.
 
-    Listed pairs beyond the reach are passed over, so the sums do not depend on the age of the
-    list.
+    Pairs of nodes beyond the reach add exactly nothing, and all sums run in the order of the
+    clusters, so that they do not depend on the age of the list.
 
     Parameters
     ----------
+    clusters
+        First cluster whose partners are wanted, and the one after the last.
     points, forces
-        Shape (nodes, 2), contiguous; x periodic with ``length``. The sum is worked out in the
-        precision of the forces, distances in that of the points.
+        In slots of `solver.clusters`, shape (2, slots): points over the reach, x periodic with
+        ``length``.
     starts, partners
-        Pairs of `solver.neighbours.find_pairs`, complete within ``reach``; partners as unsigned
-        numbers, which spare the loops a test for negative ones.
-    length, reach
-        [length unit].
-    table, first
-        From `near_table`.
-    scale
-        1/(2πη).
+        Pairs of clusters, complete within the reach.
+    length
+        Period over the reach.
+    series
+        From `near_series`.
     velocities
-        Added to, shape (nodes, 2), contiguous.
+        Added to, shape (2, slots).
     """
-    count, longest, total = starts.size - 1, 0, 0
-    for i in range(count):
-        longest = max(longest, starts[i + 1] - starts[i])
-    # One place more: a pair beyond the reach is written, if not counted, after the last.
-    room = BATCH * longest + 1
-    found, ends = np.empty(room, np.uint32), np.empty(BATCH, np.uint32)
-    arms, functions = np.empty(2 * room, forces.dtype), np.empty(2 * room, forces.dtype)
-    squared = np.empty(room)
-    flat, pushes, answers = points.reshape(-1), forces.reshape(-1), velocities.reshape(-1)
-    for begin in range(0, count, BATCH):
-        nodes = (begin, min(begin + BATCH, count))
-        n = _close_pairs(
-            nodes, flat, starts, partners, length, reach * reach, found, ends, arms, squared
+    x, y, fx, fy = points[0], points[1], forces[0], forces[1]
+    ux, uy = velocities[0], velocities[1]
+    limits, per_length, pairs = _limits(series).reshape(-1), 1.0 / length, 0
+    two, size = np.uint64(2), np.uint64(SIZE)
+    for cluster in range(clusters[0], clusters[1]):
+        begin, end = starts[cluster], starts[cluster + 1]
+        if begin == end:
+            continue
+        # Two of its nodes a vector, each with the four of a partner.
+        i = np.uint64(cluster) * size
+        x1, y1, x2, y2 = (
+            two_by_four(x, i),
+            two_by_four(y, i),
+            two_by_four(x, i + two),
+            two_by_four(y, i + two),
         )
-        _look_up(squared, n, table, first, functions)
-        _add_pairs(nodes, ends, found, arms, functions, pushes, scale, answers)
-        total += n
-    return total
+        fx1, fy1, fx2, fy2 = (
+            two_by_four(fx, i),
+            two_by_four(fy, i),
+            two_by_four(fx, i + two),
+            two_by_four(fy, i + two),
+        )
+        ux1, uy1, ux2, uy2 = equal(0.0), equal(0.0), equal(0.0), equal(0.0)
+        for k in range(begin, end):
+            j = np.uint64(partners[np.uint64(k)]) * size
+            at = np.uint64(32 * (j == i))
+            xj, yj, gx, gy = (
+                four_twice(x, j),
+                four_twice(y, j),
+                four_twice(fx, j),
+                four_twice(fy, j),
+            )
+            dx1, dy1 = xj - x1, yj - y1
+            dx2, dy2 = xj - x2, yj - y2
+            dx1 = multiply_add(nearest_integer(dx1 * per_length), -length, dx1)
+            dx2 = multiply_add(nearest_integer(dx2 * per_length), -length, dx2)
+            square1 = multiply_add(dx1, dx1, dy1 * dy1)
+            square2 = multiply_add(dx2, dx2, dy2 * dy2)
+            t1, e1 = _far_apart(square1, series)
+            t2, e2 = _far_apart(square2, series)
+            close1 = below(square1, eight(limits, at + np.uint64(16)))
+            close2 = below(square2, eight(limits, at + np.uint64(24)))
+            if how_many(close1) + how_many(close2) > 0:
+                t3, e3 = _close_by(square1, series)
+                t4, e4 = _close_by(square2, series)
+                t1, e1 = where(close1, t3, t1), where(close1, e3, e1)
+                t2, e2 = where(close2, t4, t2), where(close2, e4, e2)
+            counts1 = below(square1, eight(limits, at))
+            counts2 = below(square2, eight(limits, at + np.uint64(8)))
+            t1, e1 = where(counts1, t1, 0.0), where(counts1, e1, 0.0)
+            t2, e2 = where(counts2, t2, 0.0), where(counts2, e2, 0.0)
+            pairs += how_many(counts1) + how_many(counts2)
+            there1 = e1 * multiply_add(gx, dx1, gy * dy1)
+            there2 = e2 * multiply_add(gx, dx2, gy * dy2)
+            ux1 = multiply_add(there1, dx1, multiply_add(t1, gx, ux1))
+            uy1 = multiply_add(there1, dy1, multiply_add(t1, gy, uy1))
+            ux2 = multiply_add(there2, dx2, multiply_add(t2, gx, ux2))
+            uy2 = multiply_add(there2, dy2, multiply_add(t2, gy, uy2))
+            back1 = e1 * multiply_add(fx1, dx1, fy1 * dy1)
+            back2 = e2 * multiply_add(fx2, dx2, fy2 * dy2)
+            vx = multiply_add(back1, dx1, t1 * fx1) + multiply_add(back2, dx2, t2 * fx2)
+            vy = multiply_add(back1, dy1, t1 * fy1) + multiply_add(back2, dy2, t2 * fy2)
+            add_four(ux, j, vx)
+            add_four(uy, j, vy)
+        add_two(ux, i, ux1)
+        add_two(uy, i, uy1)
+        add_two(ux, i + two, ux2)
+        add_two(uy, i + two, uy2)
+    return pairs
 
 
-class RigidPairs:
-    """Near velocities of nodes that keep their mutual distances: a constant sparse operator.
+class NearSum:
+    """Near velocities of nodes in clusters.
 
     Parameters
     ----------
-    positions
-        Reference positions, shape (nodes, 2) [length unit]; x periodic.
-    starts, partners
-        Their pairs within the reach (`solver.neighbours.find_pairs`).
+    blob
+        Whose near part acts.
+    slots
+        Of the nodes.
     length
-        Period L_x [length unit].
-    table, first
-        From `near_table`.
-    scale
-        1/(2πη).
-
-    Attributes
-    ----------
-    nodes, pairs
-        Numbers of nodes and of pairs.
+        Period over the reach.
     """
 
-    def __init__(
+    def __init__(self, blob: Blob, slots: Slots, length: float) -> None:
+        self._slots, self._length = slots, length
+        self._series, self._own = near_series(blob), blob.on_itself()
+        self._listed: tuple[IntArray, IntArray] | None = None
+        self._clusters = np.zeros(1, np.int64), np.empty(0, np.uint32)
+
+    def fill(
         self,
-        positions: FloatArray,
-        starts: IntArray,
-        partners: IntArray,
-        length: float,
-        table: FloatArray,
-        first: int,
-        scale: float,
-    ) -> None:
-        self.nodes, self.pairs = len(positions), len(partners)
-        self._starts, self._partners = starts, partners
-        arm = positions[partners] - positions[np.repeat(np.arange(len(positions)), np.diff(starts))]
-        arm[:, 0] -= length * np.round(arm[:, 0] / length)
-        squared = np.sum(arm**2, axis=1)
-        functions = np.empty((squared.size, 2))
-        _look_up(squared, squared.size, table, first, functions.reshape(-1))
-        (tangential, excess), (x, y) = functions.T, arm.T
-        self._blocks = scale * np.stack(
-            (tangential + excess * x * x, excess * x * y, tangential + excess * y * y), axis=1
+        points: FloatArray,
+        forces: FloatArray,
+        listed: tuple[IntArray, IntArray],
+        velocities: FloatArray,
+    ) -> int:
+        """Set the near velocities, over 1/(2πη), and return the number of pairs within the reach.
+
+        Parameters
+        ----------
+        points, forces, velocities
+            In slots, shape (2, slots); points over the reach.
+        listed
+            Pairs of nodes of `solver.neighbours.find_pairs`, complete within the reach.
+        """
+        if listed is not self._listed:
+            self._listed, self._clusters = listed, self._slots.pairs(*listed)
+        np.multiply(forces, self._own, out=velocities)
+        every = 0, self._slots.clusters
+        return _add_pairs(
+            every, points, forces, *self._clusters, self._length, self._series, velocities
         )
-
-    @classmethod
-    def none(cls) -> "RigidPairs":
-        """Return the operator of no nodes."""
-        empty = np.empty(0, np.int64)
-        return cls(np.empty((0, 2)), np.zeros(1, np.int64), empty, 1.0, np.zeros((1, 6)), 0, 1.0)
-
-    def add(self, forces: FloatArray, velocities: FloatArray) -> None:
-        """Add the velocities of these nodes, shape (nodes, 2), under forces of the same shape."""
-        _add_rigid(self._starts, self._partners, self._blocks, forces, velocities)
-
-
-@compiled
-def _add_rigid(
-    starts: IntArray,
-    partners: IntArray,
-    blocks: FloatArray,
-    forces: FloatArray,
-    velocities: FloatArray,
-) -> None:
-    for i in range(starts.size - 1):
-        for k in range(starts[i], starts[i + 1]):
-            j, xx, xy, yy = partners[k], blocks[k, 0], blocks[k, 1], blocks[k, 2]
-            velocities[i, 0] += xx * forces[j, 0] + xy * forces[j, 1]
-            velocities[i, 1] += xy * forces[j, 0] + yy * forces[j, 1]
-            velocities[j, 0] += xx * forces[i, 0] + xy * forces[i, 1]
-            velocities[j, 1] += xy * forces[i, 0] + yy * forces[i, 1]

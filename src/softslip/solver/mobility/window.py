@@ -192,7 +192,7 @@ def gather_window(
     periods
         As for `spread_window`.
     values
-        Output, shape (points, 2).
+        Output, shape (2, points).
     """
     nx, ny, columns = mesh.shape[0] - WIDTH, mesh.shape[1] - WIDTH, np.uint64(2 * mesh.shape[1])
     flat, one = mesh.reshape(-1), np.uint64(1)
@@ -222,8 +222,8 @@ def gather_window(
                 value_x += wy[j, s] * x
                 value_y += wy[j, s] * y
                 start += np.uint64(2)
-            values[first + s, 0] = value_x
-            values[first + s, 1] = value_y
+            values[0, first + s] = value_x
+            values[1, first + s] = value_y
 
 
 @compiled

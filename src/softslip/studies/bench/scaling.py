@@ -46,8 +46,8 @@ class EvaluationParts:
     layout, parameters
         Of the scene.
     velocities
-        Of all nodes, shape (nodes, 2): the near part adds to them, and the membranes take the
-        flux out of them, again at each call.
+        Of all nodes, shape (nodes, 2): the near part sets them, and the membranes take the flux
+        out of them, again at each call.
     """
 
     def __init__(self, scene: scenes.Scene) -> None:
@@ -57,7 +57,8 @@ class EvaluationParts:
         self._scene = scene
         evaluation = scene.suspension.evaluate(scene.state)
         self._positions, self._forces = evaluation.positions, evaluation.forces
-        self._points, self._components = self._positions.T.copy(), self._forces.T.copy()
+        # Leaves the nodes of this state in the solver's arrays.
+        self.ewald.velocities(self._positions, self._forces)
         self.velocities = np.zeros_like(self._positions)
         shared = (self.ewald.near_pairs, self.ewald.reach)
         self._contacts = assembly.contacts_of(scene.parameters, scene.layout, shared)
@@ -71,11 +72,11 @@ class EvaluationParts:
 
     def works(self) -> dict[str, Work]:
         """Return the parts but ``control``, in their order, and last the whole ``evaluation``."""
-        ewald, points, components = self.ewald, self._points, self._components
+        ewald = self.ewald
         return {
-            "spread": lambda: ewald._spread(points, components),
+            "spread": lambda: ewald._spread(ewald._room),
             "fft": ewald._solve,
-            "gather": lambda: ewald._gather(points),
+            "gather": lambda: ewald._gather(ewald._room),
             "near": self._near,
             "contact": lambda: self._contacts.add_forces(
                 self._positions, np.zeros_like(self._forces)
@@ -86,8 +87,12 @@ class EvaluationParts:
         }
 
     def _near(self) -> None:
-        listed = self.ewald._listed_pairs(self._positions)
-        self.ewald._add_near(self._positions, self._forces, listed, self.velocities)
+        """Take the nodes, sum over their pairs, and give the velocities back."""
+        ewald, room = self.ewald, self.ewald._room
+        listed = ewald.near_pairs(self._positions)
+        room.take(self._positions, self._forces, ewald.reach)
+        ewald._near(room, listed)
+        ewald._give(room, self._forces, self.velocities)
 
     def _membrane(self) -> None:
         given, layout = self.parameters.membrane, self.layout

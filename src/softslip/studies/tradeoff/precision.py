@@ -9,7 +9,7 @@ from softslip.errors import ConfigError
 from softslip.simulation import assembly
 from softslip.simulation.assembly import regularisation_of, split_length_of
 from softslip.simulation.sample import channel_box
-from softslip.solver.geometry import FloatArray, IndexArray, IntArray, Layout
+from softslip.solver.geometry import Layout
 from softslip.solver.mobility.ewald import EwaldMobility, respond
 from softslip.solver.mobility.transform import PaddedTransform
 from softslip.solver.mobility.window import WIDTH
@@ -17,11 +17,11 @@ from softslip.studies import scenes
 
 
 class SinglePrecision(EwaldMobility):
-    """The Ewald sum with 24-bit numbers wherever there are many of them.
+    """The Ewald sum with 24-bit numbers on its mesh.
 
-    These are the mesh and its modes, which are transformed, and the arms, functions, forces and
-    velocities of the near sum. Positions stay in double precision, as 24 bits of them would cost
-    films their thickness, and so do the weights of the window.
+    The mesh and its modes, which are transformed, are what takes memory. Positions stay in double
+    precision, as 24 bits of them would cost films their thickness, and so do the weights of the
+    window and the near sum.
     """
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
@@ -29,7 +29,6 @@ class SinglePrecision(EwaldMobility):
         self._single = PaddedTransform(*self.shape, WIDTH, np.complex64)
         self._straight = self._straight.astype(np.float32)
         self._crossed = self._crossed.astype(np.complex64)
-        self._scale = np.float32(self._scale)  # type: ignore[assignment]
 
     def _solve(self) -> None:
         self._single.mesh[:] = self._transform.mesh
@@ -37,18 +36,6 @@ class SinglePrecision(EwaldMobility):
         respond(self._single.modes, self._straight, self._crossed)
         self._single.backward()
         self._transform.mesh[:] = self._single.mesh
-
-    def _add_near(
-        self,
-        points: FloatArray,
-        forces: FloatArray,
-        listed: tuple[IntArray, IndexArray],
-        velocities: FloatArray,
-    ) -> None:
-        near: Any = np.zeros(velocities.shape, np.float32)
-        short: Any = forces.astype(np.float32)
-        super()._add_near(points, short, listed, near)
-        velocities += near
 
 
 def single_solver(parameters: Parameters, layout: Layout) -> SinglePrecision:
