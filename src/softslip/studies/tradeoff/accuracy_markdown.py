@@ -165,9 +165,8 @@ def _variants(tradeoff: xr.Dataset) -> str:
     return (
         "### One thing at a time\n\n"
         "Rms change from the level that is varied, and error against the limit. *area* is the "
-        "largest relative change of a particle's area. In `single` the far mesh, its transform and "
-        "the near sum have 24 bits; positions and window weights keep 53.\n\n"
-        + markdown_table(header, rows)
+        "largest relative change of a particle's area. In `single` the far mesh and its transform "
+        "have 24 bits; all else has 53.\n\n" + markdown_table(header, rows)
     )
 
 
