@@ -5,10 +5,13 @@ runs it: a stage that is started hundreds of times must not wait for the plottin
 """
 
 import importlib
+import sys
 from collections.abc import Mapping
 from typing import Any
 
 import typer
+
+from softslip.cli.inherited import flushed, put_right
 
 COMMANDS: Mapping[str, Mapping[str, str]] = {
     "stage_commands": {
@@ -99,5 +102,11 @@ for each in COMMANDS.values():
 
 
 def main() -> None:
-    """Run the command line."""
-    app()
+    """Run the command line, whatever it has inherited."""
+    put_right()
+    status = 0
+    try:
+        app()
+    except SystemExit as end:
+        status = end.code if isinstance(end.code, int) else int(end.code is not None)
+    sys.exit(flushed(status))

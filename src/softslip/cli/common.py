@@ -1,5 +1,6 @@
 """What the commands share: their options, errors in one line, and the run that is meant."""
 
+import errno
 import functools
 import os
 import sys
@@ -14,7 +15,7 @@ from softslip.config.parameters import Parameters
 from softslip.config.scenario import Scenario, StageRun
 from softslip.config.stages import stage_ids
 from softslip.errors import ConfigError, Interrupted, SoftslipError
-from softslip.messages import brief
+from softslip.messages import brief, file_text
 
 CONFIG_EXIT, FAILURE_EXIT, INTERRUPTED_EXIT = 2, 1, 75
 """Exit statuses: a scenario that cannot be run, a run that failed, and one that a signal stopped,
@@ -91,8 +92,34 @@ def one_line_errors(command: Callable[..., None]) -> Callable[..., None]:
         except SoftslipError as error:
             print(f"{type(error).__name__}: {error}", file=sys.stderr)
             raise typer.Exit(_status(error)) from error
+        except OSError as error:
+            # Nothing that is wrong with the code: the system refuses.
+            if error.errno == errno.EPIPE:
+                raise
+            print(_refused(error), file=sys.stderr)
+            raise typer.Exit(FAILURE_EXIT) from error
+        except MemoryError as error:
+            limit = "more memory is wanted than there is; run fewer at once, or a smaller sample"
+            print(f"MemoryError: {limit}", file=sys.stderr)
+            raise typer.Exit(FAILURE_EXIT) from error
 
     return guarded
+
+
+def _refused(error: OSError) -> str:
+    """Return a sentence on what the system refuses."""
+    if not _current_folder_is_there():
+        return "StorageError: the current folder has been removed; change to another one"
+    where = "" if error.filename is None else f"{file_text(error.filename)}: "
+    return f"StorageError: {where}the system refuses ({error.strerror or error})"
+
+
+def _current_folder_is_there() -> bool:
+    try:
+        os.getcwd()
+    except OSError:
+        return False
+    return True
 
 
 def _status(error: SoftslipError) -> int:

@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 import softslip
-from softslip.errors import DatasetError, StorageError
+from softslip.errors import DatasetError, SoftslipError, StorageError
 from softslip.files.conventions import CONVENTIONS, as_stored, as_used, discovery, without_discovery
 from softslip.files.schema import SCHEMAS, check_dataset
 from softslip.files.seals import check_seal, seal
@@ -58,6 +58,7 @@ def write_dataset(dataset: xr.Dataset, path: Path, *, stage: str, run: str, titl
     StorageError
         When it cannot be written, or does not read back as it was.
     """
+    _check_place(path, StorageError)
     try:
         # How a part was stored before, such as the length of its words, need not fit the whole.
         stored = as_stored(dataset.drop_encoding())
@@ -171,6 +172,24 @@ def _check_digests(path: Path, dataset: xr.Dataset) -> None:
             raise DatasetError(f"{file_text(path)}: {key} {state}; delete it and rerun its job")
 
 
+def _check_place(path: Path, error: type[SoftslipError]) -> None:
+    """Refuse a place in which the library opens no file; it would take the file for damaged."""
+    place = str(path.absolute())
+    if "\\" in place or _has_no_text(place):
+        raise error(
+            f"{file_text(path)}: lies in a folder whose name has a backslash or is not UTF-8, in "
+            "which the NetCDF library opens no file; rename that folder"
+        )
+
+
+def _has_no_text(place: str) -> bool:
+    try:
+        place.encode()
+    except UnicodeEncodeError:
+        return True
+    return False
+
+
 def _reason(error: Exception) -> str:
     """Return what is wrong, in the system's words where it was the system."""
     return str(getattr(error, "strerror", None) or error)
@@ -233,6 +252,7 @@ def read_dataset(path: Path, *, stage: str, run: str | None = None) -> xr.Datase
         what its stage writes.
     """
     name = file_text(path)
+    _check_place(path, DatasetError)
     # A pipe would be waited for, and nobody should be told to delete a folder or a device.
     if os.path.lexists(path) and not path.is_file():
         raise DatasetError(f"{name}: is not a file; give the file that the {stage} stage wrote")

@@ -1,0 +1,262 @@
+"""No command ends in a traceback, whatever it inherits and wherever it is called.
+
+Every subcommand is called under generated environments, streams, folders and rights. What may be
+inherited without harm changes nothing: the command succeeds, with the same content.
+"""
+
+import json
+import os
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import product
+from pathlib import Path
+
+import pytest
+import small_results
+from hostile import (
+    FILES,
+    FOLDERS,
+    NAMES,
+    RIGHTS,
+    STREAMS,
+    VARIABLES,
+    WITHOUT_PRIVILEGES,
+    Said,
+    called,
+    environments,
+)
+from projects import copy_project
+
+from softslip.cli import COMMANDS, GROUPS
+from softslip.config.scenario import load_scenario
+from softslip.provenance.product_labels import read_product
+
+STATUSES = (0, 1, 2, 75)
+"""Exit statuses that are documented."""
+
+FILE = "results/small/{stage}/{run}.nc"
+
+WORDS: Mapping[str, str] = {
+    "packing": "packing small {packing} --output out/packing.nc",
+    "expansion": "expansion small {expansion} --parent {packing_file} --output out/expansion.nc",
+    "ageing": "ageing small {ageing} --parent {expansion_file} --output out/ageing.nc",
+    "shear": "shear small {shear} --parent {ageing_file} --output out/shear.nc",
+    "gather": "gather flow_curve small --output out/flow_curve.nc",
+    "fit": "fit results/small/flow_curve.nc --output out/fits.nc",
+    "draw": "draw creep results/small/creep.nc --output out/creep.png",
+    "runs": "runs small",
+    "schema": "schema",
+    "status": "status small --json",
+    "clean": "clean small",
+    "plan": "plan small --json",
+    "calibrate": "calibrate results",
+    "query": "query small stress>0.3 --json",
+    "export": "export results/small/figures/creep.png",
+    "trace": "trace results/small/figures/creep.png --json",
+    "verify": "verify small --json",
+    "crate": "crate small --zip out/small.zip",
+    "validate": "validate couette --json",
+    "bench": "bench run --particles 0 --fidelity standard --output out/bench.nc",
+    "numerics": "numerics limits --study nowhere --output out/limits.nc",
+}
+"""Every subcommand, as small as it can be; some of them only far enough to be refused."""
+
+REFUSED = ("bench", "calibrate", "numerics")
+"""Those that take minutes when they are not refused."""
+
+SAID = ("plan", "query", "export")
+"""Those whose answer has no time and no name of a machine in it."""
+
+WRITTEN = {
+    "packing": FILE,
+    "expansion": FILE,
+    "ageing": FILE,
+    "shear": FILE,
+    "gather": "results/small/flow_curve.nc",
+    "fit": "results/small/fits.nc",
+    "draw": "results/small/figures/creep.png",
+}
+"""What was made in a clean environment by those that write results."""
+
+
+def test_every_subcommand_is_called() -> None:
+    assert set(WORDS) == {name for commands in COMMANDS.values() for name in commands}
+    assert set(GROUPS) <= set(WORDS)
+
+
+@pytest.fixture(scope="module")
+def clean(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a project with results that were made in this environment, not to be changed."""
+    made, place = small_results.made(), tmp_path_factory.mktemp("clean")
+    for name, content in FILES.items():
+        (place / name).write_bytes(content)
+    project = place / "project"
+    (project / "out").mkdir(parents=True)
+    copy_project(project)
+    shutil.copy(made / "small.yaml", project / "config")
+    shutil.copytree(made / "results", project / "results" / "small")
+    return project
+
+
+@pytest.fixture
+def project(clean: Path, tmp_path: Path) -> Iterator[Path]:
+    """Return a copy of it that may be changed."""
+    copy = tmp_path / "project"
+    shutil.copytree(clean, copy)
+    for name in FILES:
+        shutil.copy(clean.parent / name, tmp_path)
+    yield copy
+    for folder, _, _ in os.walk(tmp_path):
+        os.chmod(folder, 0o755)
+
+
+UNREADABLE = ("not UTF-8", "backslash")
+"""Names of folders in which the NetCDF library opens no file."""
+
+
+def words(command: str, project: Path) -> list[str]:
+    """Return a command's line."""
+    ids = load_scenario(str(project / "config" / "small.yaml")).runs()[0].ids
+    files = {f"{stage}_file": FILE.format(stage=stage, run=run) for stage, run in ids.items()}
+    return [word.format(**ids, **files) for word in WORDS[command].split(" ")]
+
+
+@pytest.fixture(scope="module")
+def answers(clean: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """Return what some commands say in a clean environment."""
+    return {command: called(clean, words(command, clean)).output for command in SAID}
+
+
+def assert_clear(said: Said, where: str, errors_are_seen: bool = True) -> None:
+    """Make sure that a command has ended well or said why not."""
+    both = said.output + said.errors
+    assert said.status in STATUSES, f"{where}: exit status {said.status}: {both[-3000:]}"
+    assert "Traceback" not in both, f"{where}: {both[-3000:]}"
+    if said.status and errors_are_seen:
+        assert said.errors.strip(), f"{where}: no word on standard error"
+
+
+def assert_same(
+    command: str, said: Said, project: Path, clean: Path, answers: Mapping[str, str], where: str
+) -> None:
+    """Make sure that a command did what it does in a clean environment."""
+    assert (said.status != 0) == (command in REFUSED), f"{where}: {said.errors[-3000:]}"
+    if command in SAID:
+        assert said.output == answers[command], where
+    if command in WRITTEN:
+        ids = load_scenario(str(clean / "config" / "small.yaml")).runs()[0].ids
+        before = clean / WRITTEN[command].format(stage=command, run=ids.get(command, ""))
+        (after,) = (project / "out").glob("*.*")
+        assert read_product(after).content == read_product(before).content, where
+    if command == "verify":
+        report = json.loads(said.output)
+        assert {each["verdict"] for each in report["files"]} == {"intact"}, where
+
+
+def resolved(variables: Mapping[str, str | None], project: Path) -> dict[str, str | None]:
+    """Return variables, with the folder that the files that they name are in."""
+    here = str(project.parent)
+    return {
+        name: value if value is None else value.replace("{here}", here)
+        for name, value in variables.items()
+    }
+
+
+ENVIRONMENTS = list(environments())
+
+
+def _some(pairs: Sequence[tuple[str, ...]], every: int, start: int = 0) -> list[object]:
+    """Return all pairs, those apart from every so-many-th only for who has the time."""
+    return [
+        pytest.param(*pair, marks=() if number % every == start else pytest.mark.slow)
+        for number, pair in enumerate(pairs)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("command", "number"),
+    [
+        # Every command meets one of the environments, and every environment some commands.
+        pytest.param(
+            command,
+            number,
+            marks=() if number == place % len(ENVIRONMENTS) else pytest.mark.slow,
+        )
+        for place, command in enumerate(WORDS)
+        for number in range(len(ENVIRONMENTS))
+    ],
+)
+def test_no_command_depends_on_what_it_inherits(
+    project: Path, clean: Path, answers: dict[str, str], command: str, number: int
+) -> None:
+    variables = resolved(ENVIRONMENTS[number], project)
+    said = called(project, words(command, project), variables)
+    assert_clear(said, f"{command} in environment {number}")
+    assert_same(command, said, project, clean, answers, f"{command} in environment {number}")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("variable", "value"),
+    [(name, value) for name, values in VARIABLES.items() for value in values],
+)
+def test_no_command_depends_on_a_single_variable(
+    project: Path, clean: Path, answers: dict[str, str], variable: str, value: str | None
+) -> None:
+    variables = resolved({variable: value}, project)
+    for command in WORDS:
+        shutil.rmtree(project / "out")
+        (project / "out").mkdir()
+        said = called(project, words(command, project), variables)
+        where = f"{command} with {variable}={value}"
+        assert_clear(said, where)
+        assert_same(command, said, project, clean, answers, where)
+
+
+@pytest.mark.parametrize(("state", "command"), _some(list(product(FOLDERS, WORDS)), 97))
+def test_no_folder_makes_a_traceback(project: Path, clean: Path, state: str, command: str) -> None:
+    FOLDERS[state](project)
+    assert_clear(called(project, words(command, clean)), f"{command} where {state}")
+
+
+@pytest.mark.parametrize(("name", "command"), _some(list(product(NAMES, WORDS)), 83))
+def test_no_name_of_a_folder_matters(
+    project: Path, clean: Path, answers: dict[str, str], name: str, command: str
+) -> None:
+    place = os.path.join(os.fsencode(project.parent), NAMES[name])
+    os.rename(project, place)
+    said = called(place, words(command, clean))
+    os.rename(place, project)
+    assert_clear(said, f"{command} in {name}")
+    if name in UNREADABLE and said.status and command not in REFUSED:
+        assert "rename that folder" in said.errors, f"{command} in {name}: {said.errors}"
+    else:
+        assert_same(command, said, project, clean, answers, f"{command} in {name}")
+
+
+@pytest.mark.parametrize(("stream", "command"), _some(list(product(STREAMS, WORDS)), 52))
+def test_no_stream_makes_a_traceback(project: Path, clean: Path, stream: str, command: str) -> None:
+    said = called(project, words(command, clean), stream=STREAMS[stream])
+    seen = "2>" not in STREAMS[stream] and stream != "nobody reads"
+    assert_clear(said, f"{command} where {stream}", seen)
+
+
+ROOT = os.geteuid() == 0
+
+
+@pytest.mark.skipif(ROOT and not shutil.which("setpriv"), reason="root may do everything")
+@pytest.mark.parametrize(("right", "command"), _some(list(product(RIGHTS, WORDS)), 62))
+def test_missing_rights_are_told(project: Path, clean: Path, right: str, command: str) -> None:
+    line = words(command, clean)
+    RIGHTS[right](project)
+    said = called(project, line, stream=WITHOUT_PRIVILEGES if ROOT else None)
+    assert_clear(said, f"{command} where {right}")
+
+
+def test_a_folder_that_is_gone_is_told(project: Path, clean: Path) -> None:
+    for command in ("runs", "status", "packing"):
+        gone = project / "gone"
+        gone.mkdir()
+        said = called(gone, words(command, clean), stream='rmdir "$PWD"; "$@"')
+        assert_clear(said, f"{command} in no folder")
+        assert said.status != 0
