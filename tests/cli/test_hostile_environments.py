@@ -133,7 +133,9 @@ def assert_clear(said: Said, where: str, errors_are_seen: bool = True) -> None:
     assert said.status in STATUSES, f"{where}: exit status {said.status}: {both[-3000:]}"
     assert "Traceback" not in both, f"{where}: {both[-3000:]}"
     if said.status and errors_are_seen:
-        assert said.errors.strip(), f"{where}: no word on standard error"
+        # What `verify` finds is its answer.
+        found = said.output if where.startswith("verify ") else said.errors
+        assert found.strip(), f"{where}: no word on standard error"
 
 
 def assert_same(

@@ -11,7 +11,8 @@ from typing import Any
 
 import typer
 
-from softslip.cli.inherited import flushed, put_right
+from softslip.cli.inherited import flushed, put_right, refuse_settings_of_numba
+from softslip.errors import ConfigError
 
 COMMANDS: Mapping[str, Mapping[str, str]] = {
     "stage_commands": {
@@ -106,7 +107,11 @@ def main() -> None:
     put_right()
     status = 0
     try:
+        refuse_settings_of_numba()
         app()
+    except ConfigError as error:
+        print(f"ConfigError: {error}", file=sys.stderr)
+        status = 2
     except SystemExit as end:
         status = end.code if isinstance(end.code, int) else int(end.code is not None)
     sys.exit(flushed(status))

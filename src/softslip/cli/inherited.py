@@ -15,6 +15,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import IO
 
+from softslip.errors import ConfigError
+
 FAMILIES = (
     *("BLIS_", "GOMP_", "GOTO_", "KMP_", "MKL_", "OMP_", "OPENBLAS_"),  # linear algebra
     *("LLVMLITE_", "NPY_", "NUMBA_", "NUMPY_", "PANDAS_", "PYFFTW_", "SCIPY_"),
@@ -32,6 +34,9 @@ KEPT = {
 }
 """Those among them that are left alone, if they have one of these values: where files cannot be
 locked, what developers look for errors with, and where compiled functions are stored."""
+
+NUMBA_SETTINGS = ".numba_config.yaml"
+"""File of the current folder that numba takes settings from when it is imported."""
 
 QUIET = (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning)
 """Warnings for developers, which Python does not show by itself."""
@@ -88,6 +93,19 @@ def _open_streams() -> None:
 
 def _nowhere(mode: str) -> IO[str]:
     return open(os.devnull, mode, encoding="utf-8")
+
+
+def refuse_settings_of_numba() -> None:
+    """Refuse a file of the current folder that numba reads, whatever is in it.
+
+    Raises
+    ------
+    ConfigError
+        When there is one.
+    """
+    if os.path.lexists(NUMBA_SETTINGS):
+        limit = "is read by numba, so that numbers would depend on the current folder"
+        raise ConfigError("folder", NUMBA_SETTINGS, limit, "move that file away")
 
 
 def flushed(status: int) -> int:
