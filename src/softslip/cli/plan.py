@@ -11,7 +11,7 @@ from rich.filesize import decimal
 from rich.table import Table
 from rich.text import Text
 
-from softslip.cli.common import AsJson, Results, one_line_errors
+from softslip.cli.common import AsJson, Results, check_output, one_line_errors
 from softslip.cli.naming import ResultsName, scenario_of
 from softslip.cli.status import uncollected
 from softslip.config.scenario import Scenario, load_scenario
@@ -77,6 +77,7 @@ def calibrate(table: Table_) -> None:
     """Measure for some minutes what runs cost here, and write the table that plans start from."""
     from softslip.operations.calibration import calibrate as measure
 
+    check_output(table, "table", (".json",))
     measure(table, _print_error)
 
 
