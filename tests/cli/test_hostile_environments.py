@@ -31,6 +31,9 @@ from softslip.cli import COMMANDS, GROUPS
 from softslip.config.scenario import load_scenario
 from softslip.provenance.product_labels import read_product
 
+# Minutes on a machine of one's own.
+pytestmark = pytest.mark.slow
+
 STATUSES = (0, 1, 2, 75)
 """Exit statuses that are documented."""
 
