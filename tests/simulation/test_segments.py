@@ -2,6 +2,7 @@ import numpy as np
 import scenes
 
 from softslip.simulation.segments import find_candidates
+from softslip.solver.geometry import chain_neighbours
 
 
 def test_candidates_hold_every_segment_of_another_chain_within_reach():
@@ -15,8 +16,7 @@ def test_candidates_hold_every_segment_of_another_chain_within_reach():
     ]
     position = np.concatenate(rings)
     body = np.repeat(np.arange(3), counts)
-    first = np.append(0, np.cumsum(counts))[:-1]
-    following = first[body] + (np.arange(len(body)) - first[body] + 1) % np.array(counts)[body]
+    _, following = chain_neighbours(np.append(0, np.cumsum(counts)))
     found = find_candidates(position, body, following, length, reach)
     within = 0
     for i in range(len(position)):

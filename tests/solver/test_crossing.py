@@ -1,3 +1,5 @@
+import dataclasses
+
 import numpy as np
 import pytest
 import scenes
@@ -90,11 +92,14 @@ def test_a_membrane_in_a_bump_is_found(moved, upper):
     assert crossing.first_crossing(positions, layout, LENGTH) >= 0
 
 
-def test_the_longest_link_is_that_of_any_membrane():
+def test_the_longest_link_is_that_of_any_membrane_or_wall():
     pair = rings(1e-3)
     positions, layout = laid_out(pair)
     links = [np.hypot(*(ring - np.roll(ring, 1, axis=0)).T).max() for ring in pair]
-    assert crossing.longest_link(positions, layout) == pytest.approx(max(links), rel=1e-12)
+    for wall_spacing in (0.5 * max(links), 2.0 * max(links)):
+        spaced = dataclasses.replace(layout, wall_spacing=wall_spacing)
+        longest = max(*links, wall_spacing)
+        assert crossing.longest_link(positions, spaced) == pytest.approx(longest, rel=1e-12)
 
 
 def test_an_empty_channel_has_no_crossing():

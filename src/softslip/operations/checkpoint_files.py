@@ -119,7 +119,8 @@ def checkpoint_file(
     if not stale:
         with suppress(CheckpointError):
             header = read_header(file.path)
-        if header and (header.stage, header.run, header.fingerprint) != (stage, run, code):
+        named = header.identity if header else None
+        if named and (named.stage, named.run, named.fingerprint) != (stage, run, code):
             header = None
     if header is None and not file.path.exists():
         return None  # Its run has replaced it meanwhile.
@@ -141,7 +142,7 @@ def run_progress(headers: Sequence[Header], running: bool) -> RunProgress:
     before = earlier[-1] if earlier else None
     if (
         before is not None
-        and before.fingerprint == newest.fingerprint
+        and before.identity.fingerprint == newest.identity.fingerprint
         and newest.seconds >= before.seconds + LEAST_STRETCH
         and newest.time > before.time
     ):

@@ -83,21 +83,6 @@ class Header:
     written: float
     identity: Identity
 
-    @property
-    def stage(self) -> str:
-        """The stage that it is of."""
-        return self.identity.stage
-
-    @property
-    def run(self) -> str:
-        """The run that it is of."""
-        return self.identity.run
-
-    @property
-    def fingerprint(self) -> str:
-        """That of the code that it is of."""
-        return self.identity.fingerprint
-
 
 def read_header(path: Path) -> Header:
     """Return what a checkpoint says of itself; its arrays are not looked at.

@@ -14,7 +14,13 @@ from shapely.affinity import translate
 from softslip.config.parameters import Parameters
 from softslip.errors import ExpansionError
 from softslip.simulation.sample import reference_area, wall_contour
-from softslip.solver.geometry import FloatArray, IntArray, WallContour, polygon_area
+from softslip.solver.geometry import (
+    FloatArray,
+    IntArray,
+    WallContour,
+    chain_neighbours,
+    polygon_area,
+)
 
 PolygonArray = NDArray[np.object_]
 
@@ -170,7 +176,7 @@ def check_contours(
         Nodes of all membranes in the channel frame, unwrapped, shape (nodes, 2), and the first
         row of each membrane and, last, the number of nodes, shape (particles + 1,).
     target_area
-        Wanted area of each membrane, shape (particles,) [length unit squared].
+        Prescribed area of each membrane, shape (particles,) [length unit squared].
     parameters
         The channel, the walls, the area fraction and the tolerances.
 
@@ -231,8 +237,7 @@ def _check_areas(
 
 def _check_walls(position: FloatArray, offsets: IntArray, parameters: Parameters) -> float:
     """Return the smallest distance of any membrane from a wall."""
-    following = np.arange(1, len(position) + 1)
-    following[offsets[1:] - 1] = offsets[:-1]
+    _, following = chain_neighbours(offsets)
     contour, height = wall_contour(parameters), parameters.channel.height
     clearance = segment_clearance(position, position[following], contour, height)
     if not np.all(clearance > 0):

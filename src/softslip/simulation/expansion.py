@@ -28,7 +28,7 @@ from softslip.simulation.contour import (
 from softslip.simulation.growth import CLOSEST_GAP, Chains, Surroundings, grow
 from softslip.simulation.sample import particle_radii, wall_contour
 from softslip.simulation.segments import find_candidates
-from softslip.solver.geometry import FloatArray, IntArray
+from softslip.solver.geometry import FloatArray, IntArray, chain_neighbours
 
 FEWEST_NODES = 16
 """Nodes of a membrane whatever its size: fewer do not resolve its shape."""
@@ -151,13 +151,10 @@ def _discs(
     counts = np.round(parameters.expansion.growth_nodes * radius / radius.min()).astype(np.int64)
     offsets = np.append(0, np.cumsum(counts))
     body = np.repeat(np.arange(len(counts)), counts)
-    row = np.arange(offsets[-1])
-    angle = 2 * np.pi * (row - offsets[body]) / counts[body]
+    angle = 2 * np.pi * (np.arange(offsets[-1]) - offsets[body]) / counts[body]
     circle = np.column_stack((np.cos(angle), np.sin(angle)))
     position = packing["centre"].values[body] + radius[body, None] * circle
-    following, preceding = row + 1, row - 1
-    following[offsets[1:] - 1] = offsets[:-1]
-    preceding[offsets[:-1]] = offsets[1:] - 1
+    preceding, following = chain_neighbours(offsets)
     chains = Chains(
         offsets=offsets,
         body=body,

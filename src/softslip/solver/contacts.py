@@ -7,7 +7,7 @@ import numpy as np
 
 from softslip.solver import steric
 from softslip.solver.chains import carry_back, lagrange_weights, period_jumps, refine
-from softslip.solver.geometry import BoolArray, FloatArray, IndexArray, IntArray, Layout
+from softslip.solver.geometry import BoolArray, FloatArray, Layout
 from softslip.solver.neighbours import ContactList, PairSource, Refinement
 
 
@@ -59,8 +59,8 @@ class Contacts:
         self._length, self._range, self._strength = length, law.range, law.strength
         factor = law.refinement
         self._plain = factor == 1
-        # Of the points, their positions, and their forces or velocities: used again and again.
-        self._room = np.empty((2, factor * layout.nodes, 2))
+        # Positions of the points, and their forces or velocities.
+        self._buffers = np.empty((2, factor * layout.nodes, 2))
         self._interpolation = lagrange_weights(factor)
         self._chains = layout.chains
         self._jump = period_jumps(layout, self._length)
@@ -68,7 +68,7 @@ class Contacts:
         gain = float(np.abs(self._interpolation).sum(axis=1).max())
         every = np.ones(layout.particles + 2, np.bool_)
         refinement = Refinement(
-            factor, lambda values: self._points(values, self._jump, every, self._room[0]), gain
+            factor, lambda values: self._points(values, self._jump, every, self._buffers[0]), gain
         )
         self._list = ContactList(layout, length, law.range, refinement, shared)
 
@@ -90,31 +90,8 @@ class Contacts:
         if not partners.size:
             return math.inf
         touching = self._list.touching
-        points = self._points(positions, self._jump, touching, self._room[0])
-        return self.add_pair_forces(points, starts, partners, touching, forces)
-
-    def add_pair_forces(
-        self,
-        points: FloatArray,
-        starts: IntArray,
-        partners: IndexArray | IntArray,
-        touching: BoolArray,
-        forces: FloatArray,
-    ) -> float:
-        """Add the forces of listed pairs of points and return the smallest film thickness.
-
-        Parameters
-        ----------
-        points
-            The contact points of the touching bodies, shape (points, 2).
-        starts, partners
-            The pairs, as `solver.neighbours.find_pairs` returns them.
-        touching
-            Whether each body has a point in them, shape (bodies,).
-        forces
-            Of all nodes, added to, shape (nodes, 2).
-        """
-        on_points = forces if self._plain else self._room[1]
+        points = self._points(positions, self._jump, touching, self._buffers[0])
+        on_points = forces if self._plain else self._buffers[1]
         if not self._plain:
             on_points[:] = 0.0
         film = steric.add_contacts(
@@ -147,19 +124,19 @@ class Contacts:
         if not partners.size:
             return 0.0
         touching = self._list.touching
-        points = self._points(positions, self._jump, touching, self._room[0])
+        points = self._points(positions, self._jump, touching, self._buffers[0])
         # What is common to a whole chain does not jump from one end to the other.
-        rates = self._points(velocities, np.zeros_like(self._jump), touching, self._room[1])
+        rates = self._points(velocities, np.zeros_like(self._jump), touching, self._buffers[1])
         return steric.closing_rate(points, rates, starts, partners, self._length, self._range)
 
     def _points(
-        self, values: FloatArray, jump: FloatArray, wanted: BoolArray, room: FloatArray
+        self, values: FloatArray, jump: FloatArray, touching: BoolArray, points: FloatArray
     ) -> FloatArray:
-        """Return a quantity of the nodes at the contact points of the wanted bodies."""
+        """Return a quantity of the nodes at the contact points of the touching bodies."""
         if self._plain:
             return values
-        refine(values, self._chains, jump, wanted, self._interpolation, room)
-        return room
+        refine(values, self._chains, jump, touching, self._interpolation, points)
+        return points
 
 
 class NoContacts:

@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 
 from softslip.solver.geometry import UPPER, FloatArray
-from softslip.solver.rheometer import Balance, printed_acceleration, traction_at_rate
+from softslip.solver.rheometer import Balance, printed_acceleration
 from softslip.solver.state import State
 
 RelativeSpeed = Callable[[FloatArray], float]
@@ -149,12 +149,13 @@ class RateControl(_ExactControl):
     def traction(
         self, state: State, forces: FloatArray, rest: float, speed: RelativeSpeed
     ) -> float:
-        """Return f at which the walls part at the imposed speed."""
+        """Return f at which the walls part at the imposed speed d = d_p + m f.
+
+        d_p is the speed that all other forces cause, m the one that unit traction causes.
+        """
         unit = np.zeros_like(forces)
         _add_traction(1.0, self.unit, unit[state.particle_nodes :])
-        return traction_at_rate(
-            self.shear_rate * self.balance.box.height, speed(forces), speed(unit)
-        )
+        return (self.shear_rate * self.balance.box.height - speed(forces)) / speed(unit)
 
 
 @dataclass(frozen=True)

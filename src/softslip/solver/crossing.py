@@ -13,7 +13,6 @@ REACH = 0.75
 """Nodes closer than this many longest links are looked at: of two links that cross, two ends are
 at most 1/√2 of the longer one apart."""
 
-
 CROSSING_STEPS = 25
 """Steps between two searches for membranes that cross themselves."""
 
@@ -45,8 +44,7 @@ def check_crossing(
     NumericalError
         Naming a node whose link crosses another one.
     """
-    link = max(longest_link(positions, layout), layout.wall_spacing)
-    if step % CROSSING_STEPS and film_thickness >= REACH * link:
+    if step % CROSSING_STEPS and film_thickness >= REACH * longest_link(positions, layout):
         return
     node = first_crossing(positions, layout, length)
     if node >= 0:
@@ -61,8 +59,8 @@ def check_crossing(
 
 
 def longest_link(positions: FloatArray, layout: Layout) -> float:
-    """Return the largest distance of two neighbours along a membrane [length unit]."""
-    return float(_longest_link(positions, layout.offsets))
+    """Return the largest distance of two neighbours along a membrane or a wall [length unit]."""
+    return max(float(_longest_link(positions, layout.offsets)), layout.wall_spacing)
 
 
 def first_crossing(positions: FloatArray, layout: Layout, length: float) -> int:
@@ -77,7 +75,7 @@ def first_crossing(positions: FloatArray, layout: Layout, length: float) -> int:
     length
         Period L_x [length unit].
     """
-    link = max(longest_link(positions, layout), layout.wall_spacing)
+    link = longest_link(positions, layout)
     # Every particle node a body of its own, so that pairs within a membrane are found too.
     bodies = np.arange(layout.nodes)
     starts, partners = find_pairs(positions, bodies, layout.particle_nodes, length, REACH * link)

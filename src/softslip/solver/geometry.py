@@ -117,6 +117,21 @@ def polygon_area(x: FloatArray, y: FloatArray) -> float:
     return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
 
 
+def chain_neighbours(offsets: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the rows before and after every node along its own closed chain, each (nodes,).
+
+    Parameters
+    ----------
+    offsets
+        First row of each chain and, last, the number of nodes, shape (chains + 1,).
+    """
+    rows = np.arange(offsets[-1])
+    before, after = rows - 1, rows + 1
+    before[offsets[:-1]] = offsets[1:] - 1
+    after[offsets[1:] - 1] = offsets[:-1]
+    return before, after
+
+
 @dataclass(frozen=True)
 class Layout:
     """Which rows of a node array belong to which membrane or wall, and what each row weighs.
@@ -191,11 +206,7 @@ class Layout:
     @cached_property
     def neighbours(self) -> tuple[IntArray, IntArray]:
         """Rows before and after every node along its own membrane or wall, each (nodes,)."""
-        rows = np.arange(self.nodes)
-        before, after = rows - 1, rows + 1
-        before[self.chains[:-1]] = self.chains[1:] - 1
-        after[self.chains[1:] - 1] = self.chains[:-1]
-        return before, after
+        return chain_neighbours(self.chains)
 
     @cached_property
     def reference_area(self) -> FloatArray:

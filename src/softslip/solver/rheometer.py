@@ -85,21 +85,6 @@ def relative_speed(wall_velocity_x: FloatArray) -> float:
     return float(np.mean(wall_velocity_x[UPPER]) - np.mean(wall_velocity_x[LOWER]))
 
 
-def traction_at_rate(speed: float, passive: float, response: float) -> float:
-    """Return the traction f at which the walls part at a relative speed d = d_p + m f.
-
-    Parameters
-    ----------
-    speed
-        Relative speed d [length unit / time unit].
-    passive
-        d_p, the speed that all other forces cause.
-    response
-        m, the speed that unit traction causes.
-    """
-    return (speed - passive) / response
-
-
 def tether_rate(wall_velocity: FloatArray, target_x: FloatArray, stiffness: float) -> FloatArray:
     """Return d/dt of the tether tractions, -K_w (V_s - target) (Eq. 25), shape (2, nodes, 2).
 
