@@ -40,7 +40,7 @@ KEPT = ("ageing", "shear")
 FIGURE = "figure"
 
 STOPPED = 75
-"""Exit status of a run that a signal stopped and the same command goes on with."""
+"""Exit status of a run that a signal stopped and the same command resumes."""
 
 
 @dataclass(frozen=True)

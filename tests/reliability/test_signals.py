@@ -1,4 +1,4 @@
-"""Signals that ask a run to stop: it stops with a checkpoint, and the same command goes on."""
+"""Signals that ask a run to stop: it stops with a checkpoint, and the same command resumes it."""
 
 import signal
 from pathlib import Path

@@ -30,7 +30,7 @@ def parameters(route, **groups):
         "rkc2": {"integrator": "rkc2", "step": 0.002, "tolerance": 2e-3},
         "euler": {"integrator": "euler", "step": 0.002},
     }[route.split(",")[0]]
-    # Records, profiles and snapshots fall before, at and after the breaks.
+    # Records, profiles and snapshots fall before, at and after the interruptions.
     recording = {"profiles": 3, "snapshots": [0.0, 0.05, 0.2], "stride": 2}
     return scenes.parameters(
         **ROUTES[route], time_stepping=stepper | {"shear_time": 0.2}, recording=recording, **groups
@@ -60,18 +60,18 @@ def checkpointer(folder, steps=10**9, interval=1e9, identity=IDENTITY, said=None
 
 @pytest.mark.parametrize("route", ROUTES)
 @pytest.mark.parametrize("breaks", [(0,), (1,), (7,), (3, 0, 9)])
-def test_a_run_that_was_broken_off_has_the_same_bytes(tmp_path, aged, route, breaks):
+def test_an_interrupted_run_has_the_same_bytes(tmp_path, aged, route, breaks):
     given = parameters(route)
     whole = hydrodynamics.shear(aged, given)
     for steps in breaks:
-        with pytest.raises(Interrupted, match=r"SIGTERM at t = .* of 0\.2; start the same command"):
+        with pytest.raises(Interrupted, match=r"SIGTERM at t = .* of 0\.2; rerun the same command"):
             hydrodynamics.shear(aged, given, checkpointer=checkpointer(tmp_path, 2 * steps))
     again = hydrodynamics.shear(aged, given, checkpointer=checkpointer(tmp_path))
     assert again.identical(whole)
     assert digests(again)[CONTENT_DIGEST] == digests(whole)[CONTENT_DIGEST]
 
 
-def test_ageing_is_taken_up_again_with_the_same_bytes(tmp_path, foam):
+def test_interrupted_ageing_has_the_same_bytes(tmp_path, foam):
     given = scenes.parameters(time_stepping={"ageing_time": 0.1})
     whole = hydrodynamics.age(foam, given)
     with pytest.raises(Interrupted):
