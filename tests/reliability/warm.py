@@ -78,6 +78,8 @@ def born(job: dict[str, Any], said: int) -> None:
         quiet = os.open(os.devnull, os.O_RDONLY)
         for old, new in ((quiet, 0), (said, 1), (said, 2)):
             os.dup2(old, new)
+        # As in a new process: the old streams may be of a file, in which text can be sought.
+        sys.stdout, sys.stderr = (os.fdopen(number, "w", closefd=False) for number in (1, 2))
         status = live(job)
     except BaseException:
         sys.excepthook(*sys.exc_info())
