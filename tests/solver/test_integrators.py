@@ -26,7 +26,7 @@ from softslip.solver.integrators import (
 )
 from softslip.solver.integrators import chebyshev as scheme
 
-ORDERS = {"euler": 1, "rkc2": 2}
+ORDERS = {"euler": 1, "rkc2": 2, "imex_rkc2": 2}
 ANY = 1e300
 """A tolerance that everything meets, so that ``largest`` alone gives the step."""
 
@@ -698,7 +698,16 @@ def settings(name, rejected=False):
     return rate, vector, 0.25, rate(vector, 0.25), memory, Accuracy(1e-2, np.ones(7)), 50.0, 40.0
 
 
-@pytest.mark.parametrize(("name", "rejected"), [("euler", False), ("rkc2", False), ("rkc2", True)])
+@pytest.mark.parametrize(
+    ("name", "rejected"),
+    [
+        ("euler", False),
+        ("rkc2", False),
+        ("rkc2", True),
+        ("imex_rkc2", False),
+        ("imex_rkc2", True),
+    ],
+)
 def test_no_argument_is_modified_and_the_last_rate_is_that_of_the_result(name, rejected):
     rate, *rest = settings(name, rejected)
     watched = Watched(rate)
@@ -708,7 +717,7 @@ def test_no_argument_is_modified_and_the_last_rate_is_that_of_the_result(name, r
     step = INTEGRATORS[name](watched, *rest)
     assert [a.tobytes() for a in arrays] == [b.tobytes() for b in before]
     assert step.evaluations == len(watched.calls)
-    if name == "rkc2":
+    if name != "euler":
         assert (step.rejections > 0) == rejected
     _, seen, time = watched.calls[-1]
     assert seen.tobytes() == step.vector.tobytes()
@@ -722,14 +731,17 @@ def test_no_argument_is_modified_and_the_last_rate_is_that_of_the_result(name, r
 @pytest.mark.parametrize("name", INTEGRATORS)
 def test_a_run_goes_on_bit_for_bit_from_what_is_remembered(name):
     rate, vector, end = STIFF["squeezed"]
-    step = {"euler": 1e-4, "rkc2": 2e-3}[name]
-    end = {"euler": 300 * step, "rkc2": end}[name]
+    step = 1e-4 if name == "euler" else 2e-3
+    end = 300 * step if name == "euler" else end
     whole = march(INTEGRATORS[name], rate, vector, end, step, 1e-3)
     assert len(whole) > 40
     accuracy = Accuracy(1e-3, np.ones_like(vector))
-    for cut in {"euler": (1, 198, 199, 200, 250), "rkc2": (1, 24, 25, 26, 40)}[name]:
+    for cut in (1, 198, 199, 200, 250) if name == "euler" else (1, 24, 25, 26, 40):
         step = whole[cut]
-        memory = replace(step.memory, direction=step.memory.direction.copy())
+        remembered = step.memory
+        memory = replace(
+            remembered, direction=remembered.direction.copy(), drift=remembered.drift.copy()
+        )
         again = INTEGRATORS[name](
             rate,
             step.vector.copy(),
@@ -743,16 +755,19 @@ def test_a_run_goes_on_bit_for_bit_from_what_is_remembered(name):
         after = whole[cut + 1]
         assert again.vector.tobytes() == after.vector.tobytes()
         assert again.memory.direction.tobytes() == after.memory.direction.tobytes()
+        assert again.memory.drift.tobytes() == after.memory.drift.tobytes()
         assert (
             again.time,
             again.memory.step_size,
             again.memory.spectral_radius,
             again.memory.radius_age,
+            again.memory.shift,
         ) == (
             after.time,
             after.memory.step_size,
             after.memory.spectral_radius,
             after.memory.radius_age,
+            after.memory.shift,
         )
 
 

@@ -11,6 +11,7 @@ from softslip.solver.films import contact_strength
 from softslip.solver.geometry import LOWER, UPPER, Layout, wall_positions
 from softslip.solver.health import Guard
 from softslip.solver.membrane import MembraneLaw, rest_spacing
+from softslip.solver.membrane_response import MembraneResponse
 from softslip.solver.mobility import Mobility
 from softslip.solver.mobility.ewald import EwaldMobility
 from softslip.solver.mobility.grid import GridMobility, regularisation_length
@@ -21,6 +22,7 @@ from softslip.solver.neighbours import PairSource
 from softslip.solver.rheometer import Balance, unit_drive
 from softslip.solver.splitting import farthest_reach, split_length
 from softslip.solver.suspension import Suspension
+from softslip.solver.wall_response import WallResponse
 
 
 def regularisation_of(parameters: Parameters) -> float:
@@ -192,14 +194,19 @@ def assemble_around(
     shared = None
     if isinstance(solver, EwaldMobility):
         shared = (solver.near_pairs, solver.reach)
+    law, stiffness = membrane_law(parameters), parameters.wall.stiffness
+    line = regularisation_of(parameters), parameters.solvent.viscosity
+    corrected = parameters.hydrodynamics.quadrature == "corrected"
     return Suspension(
         layout,
         box,
         mobility,
         contacts_of(parameters, layout, shared),
-        membrane_law(parameters),
+        law,
         control_of(parameters, layout, stress=stress, shear_rate=shear_rate),
-        wall_stiffness=parameters.wall.stiffness,
+        membrane_response=MembraneResponse(layout, law, *line, corrected=corrected),
+        wall_response=WallResponse(layout, box, stiffness, *line, corrected=corrected),
+        wall_stiffness=stiffness,
         contact_range=parameters.steric.length,
     )
 

@@ -11,7 +11,7 @@ from softslip.simulation.assembly import guard_of
 from softslip.solver import step_limits
 from softslip.solver.geometry import FloatArray
 from softslip.solver.health import check_finite, named
-from softslip.solver.integrators import INTEGRATORS, Accuracy, Vector
+from softslip.solver.integrators import INTEGRATORS, Accuracy, Solve, Vector
 from softslip.solver.membrane import wrap_particles
 from softslip.solver.state import State
 from softslip.solver.suspension import Evaluation, Suspension
@@ -188,10 +188,13 @@ class _Integration:
             self.latest = self._suspension.evaluate(state.replace(vector, time, state.step))
             return self.latest.rate
 
+        def response(vector: Vector, shift: float) -> Solve:
+            return self._suspension.response(state.like(vector), shift)
+
         longest = self._longest_step(state, self.latest, self._suspension, self._parameters)
         begin = state.vector, state.time, self.latest.rate, state.memory
         try:
-            step = self._integrate(rate, *begin, self._accuracy, until, longest)
+            step = self._integrate(rate, *begin, self._accuracy, until, longest, response)
         except NumericalError as error:
             # The stepper only knows that no step has a value; what was lost is named here.
             check_finite(state)
@@ -229,5 +232,5 @@ def _adapted(
     return min(longest, parameters.time_stepping.longest_step)
 
 
-_LONGEST_STEP = {"euler": _fixed, "rkc2": _adapted}
+_LONGEST_STEP = {"euler": _fixed, "rkc2": _adapted, "imex_rkc2": _adapted}
 """What limits the steps of each of `INTEGRATORS`."""

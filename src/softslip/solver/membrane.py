@@ -62,6 +62,18 @@ _CENTRAL = ((0.5, 0.0, 0.0), (3.0 / 4.0, -3.0 / 20.0, 1.0 / 60.0))
 """Weights of X_{s+k} - X_{s-k}, k = 1, 2, 3, in Δs dX/ds at node s, for each order."""
 
 
+def staggered(order: int) -> tuple[float, float, float]:
+    """Return the weights of X_{s+1} - X_s, X_{s+2} - X_{s-1}, X_{s+3} - X_{s-2} in Δs dX/ds.
+
+    Raises
+    ------
+    ValueError
+        When the order is none of `ORDERS`.
+    """
+    weights: tuple[float, float, float] = _of_order(order, _STAGGERED)
+    return weights
+
+
 @compiled
 def _of_order(
     order: int, stencils: tuple[tuple[float, float, float], tuple[float, float, float]]

@@ -1,6 +1,6 @@
 """What a stepper remembers from one step to the next, apart from what is compiled for its steps."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,12 +25,19 @@ class Memory:
     direction
         Vector along which the rate changes fastest: where the next power iteration starts. Of size
         0 before the first estimate.
+    shift
+        g at which a partly implicit stepper has estimated it [time unit]; 0 for others.
+    drift
+        Mean velocity of the last step, for a partly implicit stepper; of size 0 for others, and
+        before the first step.
     """
 
     step_size: float
     spectral_radius: float
     radius_age: int
     direction: Vector
+    shift: float = 0.0
+    drift: Vector = field(default_factory=lambda: np.empty(0))
 
     @classmethod
     def start(cls, step: float) -> "Memory":

@@ -9,12 +9,14 @@ from softslip.errors import NumericalError
 from softslip.solver.contacts import Contacts, NoContacts
 from softslip.solver.control import Control
 from softslip.solver.geometry import Box, FloatArray, Layout
-from softslip.solver.integrators import Vector
+from softslip.solver.integrators import Solve, Vector
 from softslip.solver.membrane import MembraneLaw, wrap_particles
+from softslip.solver.membrane_response import MembraneResponse
 from softslip.solver.mobility import Mobility
 from softslip.solver.mobility.rest import RestWithoutForce
 from softslip.solver.rheometer import check_traction, relative_speed, tether_rate
 from softslip.solver.state import State
+from softslip.solver.wall_response import WallResponse
 
 RIGIDITY_TOLERANCE = 0.02
 """Part of the walls' deformation rate that the tethers may leave when a stage starts."""
@@ -75,6 +77,8 @@ class Suspension:
         Forces and areas of the membranes.
     control
         What drives the walls.
+    membrane_response, wall_response
+        Linear responses of membranes and walls to their own forces.
     wall_stiffness
         K_w.
     contact_range
@@ -90,6 +94,8 @@ class Suspension:
         membranes: MembraneLaw,
         control: Control,
         *,
+        membrane_response: MembraneResponse,
+        wall_response: WallResponse,
         wall_stiffness: float,
         contact_range: float,
     ) -> None:
@@ -99,6 +105,7 @@ class Suspension:
         self._contacts = contacts
         self._membranes = membranes
         self._control = control
+        self._membrane_response, self._wall_response = membrane_response, wall_response
         self._wall_stiffness = wall_stiffness
         self._contact_range = contact_range
 
@@ -231,6 +238,29 @@ class Suspension:
     def rate(self, state: State) -> Vector:
         """Return d/dt of the state's vector."""
         return self.evaluate(state).rate
+
+    def response(self, state: State, shift: float) -> Solve:
+        """Return the multiplication by P_g ≈ (1 - g L)⁻¹ of changes of a state's vector.
+
+        L is what each membrane and each wall does to itself; see `solver.membrane_response` and
+        `solver.wall_response`. Contacts, and flows from one body to another, are not in it.
+
+        Parameters
+        ----------
+        state
+            About which the rate is linearised.
+        shift
+            g, positive [time unit].
+        """
+        membranes = self._membrane_response.at(state.node_position, shift)
+
+        def solve(change: Vector) -> Vector:
+            view = state.like(change.copy())
+            membranes(view.node_position)
+            self._wall_response.solve(view.tether, shift)
+            return view.vector
+
+        return solve
 
     def _walls(self, velocities: FloatArray) -> FloatArray:
         return velocities[self.layout.particle_nodes :].reshape(2, -1, 2)

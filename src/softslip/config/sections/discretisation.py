@@ -75,7 +75,7 @@ class Hydrodynamics(Section):
 class TimeStepping(Section):
     """Integration in time."""
 
-    integrator: Literal["euler", "rkc2"] = quantity(
+    integrator: Literal["euler", "rkc2", "imex_rkc2"] = quantity(
         "euler",
         symbol="scheme",
         unit="1",

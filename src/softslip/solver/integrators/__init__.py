@@ -2,7 +2,8 @@
 
 from softslip.solver.integrators.chebyshev import rkc2
 from softslip.solver.integrators.explicit import euler
-from softslip.solver.integrators.stepping import Accuracy, Integrator, Rate, Step
+from softslip.solver.integrators.partitioned import imex_rkc2
+from softslip.solver.integrators.stepping import Accuracy, Integrator, Rate, Response, Solve, Step
 from softslip.solver.stepper_memory import Memory, Vector
 
 __all__ = [
@@ -11,11 +12,14 @@ __all__ = [
     "Integrator",
     "Memory",
     "Rate",
+    "Response",
+    "Solve",
     "Step",
     "Vector",
     "euler",
+    "imex_rkc2",
     "rkc2",
 ]
 
-INTEGRATORS: dict[str, Integrator] = {"euler": euler, "rkc2": rkc2}
+INTEGRATORS: dict[str, Integrator] = {"euler": euler, "rkc2": rkc2, "imex_rkc2": imex_rkc2}
 """Steppers by the name that `time_stepping.integrator` gives them."""

@@ -4,7 +4,15 @@ import numpy as np
 
 from softslip.errors import NumericalError
 from softslip.solver.integrators.spectral import with_radius
-from softslip.solver.integrators.stepping import Accuracy, Rate, Step, StepStart, landing
+from softslip.solver.integrators.stepping import (
+    Accuracy,
+    Rate,
+    Response,
+    Step,
+    StepStart,
+    explicit_only,
+    landing,
+)
 from softslip.solver.stepper_memory import Memory, Vector
 
 REACH = 2.0
@@ -30,13 +38,14 @@ def euler(
     accuracy: Accuracy,
     until: float,
     largest: float,
+    response: Response = explicit_only,
 ) -> Step:
     """Explicit Euler, first order: y + Δt rate(y, t) (Eq. 17), as `Integrator` describes.
 
-    The step is ``memory.step_size``, whatever ``accuracy`` and ``largest`` say, and what is not
-    finite is left for the caller to see. A step longer than 2/ρ makes the stiffest modes flip and
-    grow; forces that stiffen can hold them at a finite size, where the numbers look sound and are
-    not.
+    The step is ``memory.step_size``, whatever ``accuracy``, ``largest`` and ``response`` say, and
+    what is not finite is left for the caller to see. A step longer than 2/ρ makes the stiffest
+    modes flip and grow; forces that stiffen can hold them at a finite size, where the numbers look
+    sound and are not.
     So ρ is estimated every `RADIUS_AGE` steps, at first from scratch, and the step compared.
 
     Raises

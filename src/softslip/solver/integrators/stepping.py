@@ -6,11 +6,25 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numba as nb
+import numpy as np
 
 from softslip.solver.stepper_memory import Memory, Vector
 
 Rate = Callable[[Vector, float], Vector]
 """dy/dt of (y, t). It leaves y alone and returns an array that it never writes to again."""
+
+Solve = Callable[[Vector], Vector]
+"""Multiplies a change of y by P_g; it leaves its argument alone and returns a new array."""
+
+Response = Callable[[Vector, float], Solve]
+"""P_g ≈ (1 - g L)⁻¹ of (y, g), with L a part of the rate's Jacobian at y that is cheap to invert,
+its eigenvalues not positive. P_g then has none that are negative."""
+
+
+def explicit_only(vector: Vector, shift: float) -> Solve:
+    """Return P_g = 1: no part of the Jacobian is known."""
+    return np.copy
+
 
 _LANDING = 1e-9  # relative excess over the longest step that is not worth another one
 
@@ -82,6 +96,7 @@ class Integrator(Protocol):
         accuracy: Accuracy,
         until: float,
         largest: float,
+        response: Response = explicit_only,
     ) -> Step:
         """Advance by one step; no argument is modified.
 
@@ -106,6 +121,8 @@ class Integrator(Protocol):
             shortened evenly so that the last one lands on it exactly.
         largest
             Limit of the step, infinite for none; kept to a relative 1e-9.
+        response
+            What is known of the Jacobian, for steppers that are partly implicit.
         """
         ...
 

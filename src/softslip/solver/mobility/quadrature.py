@@ -35,7 +35,13 @@ DECAYED = 6.0
 """Argument x beyond which g counts as zero: e^{-36} is the rounding of 1."""
 
 
-def missed(spacing: FloatArray, regularisation: float) -> tuple[FloatArray, FloatArray]:
+def across(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return g = 4ηq T̂ at x = εq for forces along and normal to a plane, each of the shape of x."""
+    complement, bell = erfc(x), 2 * x * np.exp(-(x**2)) / math.sqrt(math.pi)
+    return (1 + 2 * x**2) * complement - bell, (1 - 2 * x**2) * complement + bell
+
+
+def missed(spacing: FloatArray | float, regularisation: float) -> tuple[FloatArray, FloatArray]:
     """Return Σ_{m≥1} g(2πmε/h)/m for forces along and normal to the membrane.
 
     Parameters
@@ -46,11 +52,8 @@ def missed(spacing: FloatArray, regularisation: float) -> tuple[FloatArray, Floa
         ε [length unit].
     """
     modes = np.arange(1, math.ceil(DECAYED * np.max(spacing) / (2 * np.pi * regularisation)) + 1)
-    x = 2 * np.pi * regularisation * modes / np.asarray(spacing)[..., None]
-    complement, bell = erfc(x), 2 * x * np.exp(-(x**2)) / math.sqrt(math.pi)
-    along = ((1 + 2 * x**2) * complement - bell) / modes
-    normal = ((1 - 2 * x**2) * complement + bell) / modes
-    return along.sum(axis=-1), normal.sum(axis=-1)
+    along, normal = across(2 * np.pi * regularisation * modes / np.asarray(spacing)[..., None])
+    return (along / modes).sum(axis=-1), (normal / modes).sum(axis=-1)
 
 
 def _table(spacing: float, regularisation: float) -> FloatArray:
