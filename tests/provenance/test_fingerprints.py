@@ -52,6 +52,8 @@ TABLE = [
     (FLOWING, "solver.chains solver.contacts solver.control solver.crossing solver.films"),
     (FLOWING, "solver.integrators solver.integrators.chebyshev solver.integrators.explicit"),
     (FLOWING, "solver.integrators.spectral solver.integrators.stepping solver.kernels"),
+    (FLOWING, "solver.integrators.partitioned solver.integrators.step_control"),
+    (FLOWING, "solver.membrane_response solver.wall_response solver.mobility.line"),
     (FLOWING, "solver.membrane solver.mobility.ewald solver.mobility.grid solver.mobility.near"),
     (FLOWING, "solver.clusters solver.lanes solver.mobility.blob solver.mobility.rigid"),
     (FLOWING, "solver.mobility.outside solver.mobility.quadrature solver.mobility.rest"),

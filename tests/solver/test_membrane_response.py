@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
 from scenes import empty, parameters
+
 from softslip.simulation import assembly
 from softslip.solver.geometry import Box, Layout
 from softslip.solver.membrane import ORDERS, MembraneLaw, add_tension, staggered

@@ -32,7 +32,7 @@ their film were thinner by this, the mean distance of two points that are each s
 LARGEST_SLIP = 0.5
 """Largest difference of the printed control's wall speed from the fluid's, relative."""
 
-SHORTER_STEP = "use a smaller time_stepping.step ('euler') or time_stepping.tolerance ('rkc2')"
+SHORTER_STEP = "use a smaller time_stepping.step ('euler') or time_stepping.tolerance (others)"
 """What may help where a number was lost."""
 
 

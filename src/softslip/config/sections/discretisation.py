@@ -81,7 +81,8 @@ class TimeStepping(Section):
         unit="1",
         paper="euler",
         description="'euler' takes explicit steps of one length (Eq. 17); 'rkc2' is Runge-Kutta-"
-        "Chebyshev of second order, which chooses its steps from the tolerance.",
+        "Chebyshev of second order, which chooses its steps from the tolerance; 'imex_rkc2' "
+        "treats each membrane's and wall's response to itself implicitly, for less work.",
     )
     step: float = quantity(
         0.002,
@@ -89,7 +90,8 @@ class TimeStepping(Section):
         unit="time unit",
         paper=0.002,
         gt=0,
-        description="Time step of 'euler'; first step of 'rkc2'. Records end at multiples of it.",
+        description="Time step of 'euler', first step of the others. Records end at multiples "
+        "of it.",
     )
     tolerance: float = quantity(
         2e-3,
@@ -97,15 +99,15 @@ class TimeStepping(Section):
         unit="1",
         gt=0,
         le=0.1,
-        description="Largest error of any node's position that 'rkc2' accepts in a step, over "
-        "steric.length.",
+        description="Largest error of any node's position that 'rkc2' and 'imex_rkc2' accept in a "
+        "step, over steric.length.",
     )
     longest_step: float = quantity(
         0.2,
         symbol="Δt_max",
         unit="time unit",
         gt=0,
-        description="Longest step of 'rkc2'.",
+        description="Longest step of 'rkc2' and 'imex_rkc2'.",
     )
     ageing_time: float = quantity(
         50.0,

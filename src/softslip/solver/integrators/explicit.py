@@ -89,5 +89,5 @@ def _check_stable(dt: float, memory: Memory, accuracy: Accuracy) -> None:
         0,
         f"changes fastest where the time_stepping.step {dt:.4g} is longer than the stable "
         f"{limit:.4g}; use a time_stepping.step of at most {ADVISED * limit:.2g}, or "
-        "time_stepping.integrator 'rkc2'",
+        "time_stepping.integrator 'imex_rkc2'",
     )

@@ -32,7 +32,7 @@ def no_rate(time: float) -> NumericalError:
         0,
         f"the rate is not finite at time {time:.6g} or right next to it, so that no step is short "
         "enough; start again from an earlier record with a smaller hydrodynamics.node_spacing, "
-        "and then a smaller time_stepping.tolerance ('rkc2') or time_stepping.step ('euler')",
+        "and then a smaller time_stepping.step ('euler') or time_stepping.tolerance (others)",
     )
 
 

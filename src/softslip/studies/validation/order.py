@@ -47,6 +47,7 @@ FINE_STEP = 1e-3
 ORDERS: Mapping[str, float] = {
     "euler": 1.0,
     "rkc2": 2.0,
+    "imex_rkc2": 2.0,
     "node_spacing": 2.0,
     "regularisation": 1.0,
     "resolution": 1.0,
@@ -59,6 +60,7 @@ if they were thinner by E|ξ|, which is proportional to both."""
 COARSEST: Mapping[str, float] = {
     "euler": 2e-3,
     "rkc2": 2e-3,
+    "imex_rkc2": 2e-3,
     "node_spacing": 6.0,
     "regularisation": 0.8,
     "resolution": 2048,
@@ -125,7 +127,7 @@ class Order(Case):
         "nodes, the regularisation length, or the mesh size of the paper's scheme (with nodes in "
         "proportion), which then takes the place of the level's mobility.",
     )
-    integrator: Literal["euler", "rkc2"] = quantity(
+    integrator: Literal["euler", "rkc2", "imex_rkc2"] = quantity(
         "rkc2",
         symbol="scheme",
         unit="1",
