@@ -19,6 +19,8 @@ IDENTITY = Identity("shear", "0" * 16, "1" * 64, "2" * 16, "python 3", "{}")
 ROUTES = {
     "rkc2, stress": {"rheometer": {"stress": 0.5}},
     "rkc2, rate": {"rheometer": {"mode": "rate", "stress": None, "shear_rate": 0.05}},
+    "imex_rkc2, stress": {"rheometer": {"stress": 0.5}},
+    "imex_rkc2, rate": {"rheometer": {"mode": "rate", "stress": None, "shear_rate": 0.05}},
     "euler, stress": {"rheometer": {"stress": 0.5}},
     "euler, rate": {"rheometer": {"mode": "rate", "stress": None, "shear_rate": 0.05}},
 }
@@ -28,6 +30,7 @@ ROUTES = {
 def parameters(route, **groups):
     stepper = {
         "rkc2": {"integrator": "rkc2", "step": 0.002, "tolerance": 2e-3},
+        "imex_rkc2": {"integrator": "imex_rkc2", "step": 0.002, "tolerance": 2e-3},
         "euler": {"integrator": "euler", "step": 0.002},
     }[route.split(",")[0]]
     # Records, profiles and snapshots fall before, at and after the interruptions.
