@@ -75,13 +75,15 @@ class Checkpointer:
             for name, other in others.items():
                 other.restore(below(arrays, name))
             counts = int(effort["evaluations"]), int(effort["rejections"])
-            recent = tuple(int(count) for count in effort["recent"])
+            recent, causes = (
+                tuple(int(count) for count in effort[name]) for name in ("recent", "causes")
+            )
         except (CheckpointError, KeyError, ValueError, IndexError) as error:
             raise CheckpointError(
                 f"{self._checkpoints.source}: does not fit this run ({error}); "
                 "remove the file to start again"
             ) from error
-        return state, Effort(*counts, recent)
+        return state, Effort(*counts, recent, causes)
 
     def save_if_due(
         self, state: State, effort: Effort, end: float, others: Mapping[str, Resumable]

@@ -29,11 +29,14 @@ class Effort:
         Trial steps that were refused and repeated with a shorter one.
     recent
         Refused trials of the latest steps, for `solver.step_limits.Rejections`.
+    causes
+        Steps whose length each of `solver.step_limits.CAUSES` has set.
     """
 
     evaluations: int = 1
     rejections: int = 0
     recent: tuple[int, ...] = ()
+    causes: tuple[int, ...] = (0,) * len(step_limits.CAUSES)
 
 
 Visit = Callable[[State, Evaluation], None]
@@ -92,6 +95,10 @@ class Advanced:
             "steps": self.state.step,
             "evaluations": self.evaluations,
             "rejections": self.rejections,
+            **{
+                f"steps_set_by_{cause}": count
+                for cause, count in zip(step_limits.CAUSES, self.effort.causes, strict=True)
+            },
         }
 
 
@@ -165,16 +172,19 @@ class _Integration:
         self._guard = guard_of(parameters, suspension.layout)
         self._integrate = INTEGRATORS[stepping.integrator]
         self._longest_step = _LONGEST_STEP[stepping.integrator]
+        self._adapts = stepping.integrator != "euler"
         self._accuracy = Accuracy(stepping.tolerance, suspension.error_scale(state))
         self._evaluations, self._rejections = past.evaluations, past.rejections
         self._rejected = step_limits.Rejections(past.recent)
+        self._causes = dict(zip(step_limits.CAUSES, past.causes, strict=True))
         # The evaluation of a state from a checkpoint was counted before it was written.
         self.latest = suspension.evaluate(state)
 
     @property
     def effort(self) -> Effort:
         """What the stage has taken so far."""
-        return Effort(self._evaluations, self._rejections, self._rejected.latest)
+        causes = tuple(self._causes.values())
+        return Effort(self._evaluations, self._rejections, self._rejected.latest, causes)
 
     def guard(self, state: State) -> None:
         """Raise unless the present state and its evaluation are sound; see `solver.health`."""
@@ -191,7 +201,8 @@ class _Integration:
         def response(vector: Vector, shift: float) -> Solve:
             return self._suspension.response(state.like(vector), shift)
 
-        longest = self._longest_step(state, self.latest, self._suspension, self._parameters)
+        limits = self._longest_step(state, self.latest, self._suspension, self._parameters)
+        longest = min(limits.values())
         begin = state.vector, state.time, self.latest.rate, state.memory
         try:
             step = self._integrate(rate, *begin, self._accuracy, until, longest, response)
@@ -200,6 +211,11 @@ class _Integration:
             check_finite(state)
             self._guard.check(state, self._suspension.evaluate(state))
             raise named(error, state) from error
+        limits |= {"record": until - state.time}
+        if self._adapts:
+            # A trial that was refused had an error too large.
+            limits["error"] = 0.0 if step.rejections else state.memory.step_size
+        self._causes[step_limits.cause_of(step.time - state.time, limits)] += 1
         self._rejections += step.rejections
         self._rejected.add(step.rejections, state.step)
         position = state.like(step.vector).node_position
@@ -211,26 +227,26 @@ class _Integration:
 
 def _fixed(
     state: State, evaluation: Evaluation, suspension: Suspension, parameters: Parameters
-) -> float:
+) -> dict[str, float]:
     """Return the fixed step; refuse one that is longer than the motion allows."""
     step, velocities = parameters.time_stepping.step, state.like(evaluation.rate).node_position
     step_limits.check_move(velocities, step, parameters.steric.length, state.step)
-    return step
+    return {"longest": step}
 
 
 def _adapted(
     state: State, evaluation: Evaluation, suspension: Suspension, parameters: Parameters
-) -> float:
-    """Return the longest step that the motion and the parameters allow."""
-    longest = step_limits.longest_step(
+) -> dict[str, float]:
+    """Return the longest step that films, motion and parameters allow, each by itself."""
+    limits = step_limits.longest_steps(
         state.like(evaluation.rate).node_position,
         suspension.closing_rate(evaluation),
         parameters.steric.length,
         state.step,
         state.node_position[:, 1],
     )
-    return min(longest, parameters.time_stepping.longest_step)
+    return limits | {"longest": parameters.time_stepping.longest_step}
 
 
 _LONGEST_STEP = {"euler": _fixed, "rkc2": _adapted, "imex_rkc2": _adapted}
-"""What limits the steps of each of `INTEGRATORS`."""
+"""What limits the steps of each of `INTEGRATORS` apart from their error."""

@@ -2,7 +2,7 @@
 
 import math
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -29,6 +29,26 @@ def longest_step(
 ) -> float:
     """Return the longest step that moves no node over a contact and closes no film.
 
+    Parameters are those of `longest_steps`; infinite when nothing moves [time unit].
+
+    Raises
+    ------
+    NumericalError
+        Naming the first node whose velocity is not a number, or the closing rate if that is none.
+    """
+    limits = longest_steps(velocities, closing_rate, contact_range, step, heights)
+    return min(limits.values())
+
+
+def longest_steps(
+    velocities: FloatArray,
+    closing_rate: float,
+    contact_range: float,
+    step: int,
+    heights: FloatArray | None = None,
+) -> dict[str, float]:
+    """Return the longest step that the ``motion`` of the nodes allows, and the closing ``film``.
+
     Parameters
     ----------
     velocities
@@ -45,7 +65,7 @@ def longest_step(
 
     Returns
     -------
-    float
+    dict
         In time units; infinite when nothing moves.
 
     Raises
@@ -61,12 +81,33 @@ def longest_step(
     if heights is not None and len(heights):
         velocities = _without_shear(velocities, heights)
     fastest = np.abs(velocities).max(initial=0.0) / contact_range
-    limits = [
-        share / rate
-        for share, rate in ((LARGEST_MOVE, fastest), (LARGEST_CLOSING, closing_rate))
-        if rate > 0
-    ]
-    return float(min(limits, default=np.inf))
+    return {
+        name: float(share / rate) if rate > 0 else math.inf
+        for name, share, rate in (
+            ("motion", LARGEST_MOVE, fastest),
+            ("film", LARGEST_CLOSING, closing_rate),
+        )
+    }
+
+
+CAUSES = ("error", "film", "motion", "record", "longest", "stiffness")
+"""What sets the length of a step: the error that is accepted, a film that closes, the motion of the
+nodes, a time that steps end at, the longest step that is asked for, or the most stages there are."""
+
+
+def cause_of(taken: float, limits: Mapping[str, float]) -> str:
+    """Return which of some limits has set a step's length, one of `CAUSES`.
+
+    Parameters
+    ----------
+    taken
+        Its length [time unit].
+    limits
+        The length that each cause but ``stiffness`` would have allowed [time unit]. Steps up to a
+        record are shortened evenly, by less than half.
+    """
+    least = min(limits, key=lambda name: limits[name])
+    return "stiffness" if taken < 0.5 * limits[least] * (1 - 1e-9) else least
 
 
 def _without_shear(velocities: FloatArray, heights: FloatArray) -> FloatArray:
