@@ -14,6 +14,7 @@ from softslip.solver.mobility.ewald import EwaldMobility
 from softslip.solver.mobility.grid import GridMobility, regularisation_length
 from softslip.solver.mobility.quadrature import CorrectedQuadrature
 from softslip.solver.state import State
+from softslip.solver.step_limits import CAUSES
 
 CLEARANCE = 4
 """Mesh lines from a wall within which its regularised force blurs the stress."""
@@ -320,8 +321,12 @@ def test_without_stops_the_first_state_is_the_last(aged):
     advanced = trajectory.advance(suspension, state, np.array([]), given, Callbacks(seen))
     assert len(seen.states) == 1
     assert np.array_equal(advanced.state.vector, state.vector)
-    assert advanced.counts == {"steps": 0, "evaluations": 1, "rejections": 0}
+    assert advanced.counts == {"steps": 0, "evaluations": 1, "rejections": 0} | dict.fromkeys(
+        SET_BY, 0
+    )
 
+
+SET_BY = [f"steps_set_by_{cause}" for cause in CAUSES]
 
 REMEMBERED = ("time", "step", "step_size", "spectral_radius", "radius_age", "direction")
 
@@ -450,11 +455,13 @@ def test_evaluations_are_counted(aged, integrator):
     advanced = trajectory.advance(watch, state, np.array([0.1]), given)
     assert advanced.evaluations == watch.evaluations
     steps = advanced.state.step
-    assert advanced.counts == {
-        "steps": steps,
-        "evaluations": watch.evaluations,
-        "rejections": advanced.rejections,
-    }
+    counts = advanced.counts
+    assert [counts[name] for name in ("steps", "evaluations", "rejections")] == [
+        steps,
+        watch.evaluations,
+        advanced.rejections,
+    ]
+    assert sum(counts[name] for name in SET_BY) == steps
     if integrator == "euler":
         assert (steps, advanced.rejections) == (50, 0)
         # One for each state, and those of one power iteration.

@@ -5,7 +5,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from softslip.errors import NumericalError
-from softslip.solver.step_limits import REJECTION_STEPS, Rejections, check_move, longest_step
+from softslip.solver.step_limits import (
+    CAUSES,
+    REJECTION_STEPS,
+    Rejections,
+    cause_of,
+    check_move,
+    longest_step,
+)
 
 RANGE = 9 / 8192
 
@@ -84,3 +91,12 @@ def test_a_few_refused_trials_at_the_start_end_nothing():
     refused.add(11, 0)
     for step in range(1, 200):
         refused.add(0, step)
+
+
+@pytest.mark.parametrize("name", CAUSES[:-1])
+def test_the_shortest_limit_sets_the_step(name):
+    limits = dict.fromkeys(CAUSES[:-1], 2.0) | {name: 1.0}
+    # Up to a record, steps are shortened evenly.
+    for taken in (1.0, 0.51):
+        assert cause_of(taken, limits) == name
+    assert cause_of(0.2, limits) == "stiffness"

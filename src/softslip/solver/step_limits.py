@@ -91,8 +91,8 @@ def longest_steps(
 
 
 CAUSES = ("error", "film", "motion", "record", "longest", "stiffness")
-"""What sets the length of a step: the error that is accepted, a film that closes, the motion of the
-nodes, a time that steps end at, the longest step that is asked for, or the most stages there are."""
+"""What sets the length of a step: the accepted error, a film that closes, the motion of the nodes,
+a time that steps end at, the longest step that is asked for, or the most stages there are."""
 
 
 def cause_of(taken: float, limits: Mapping[str, float]) -> str:

@@ -42,7 +42,11 @@ MACHINE = ("processor", "environment", "fingerprint")
 """What must be the same for the same bytes, besides the release."""
 
 
-EFFORT = ("steps", "evaluations", "rejections")
+EFFORT = (
+    *("steps", "evaluations", "rejections"),
+    *("steps_set_by_error", "steps_set_by_film", "steps_set_by_motion"),
+    *("steps_set_by_record", "steps_set_by_longest", "steps_set_by_stiffness"),
+)
 """Attributes that say how much work a run was, which rounding may change."""
 
 RELEASE = ("source", "product_version")
