@@ -113,6 +113,8 @@ def test_a_pickle_is_not_opened(tmp_path):
         ("vector", np.full(26, np.nan), "vector is not finite"),
         ("direction", np.full(26, np.inf), "direction is not finite"),
         ("direction", np.zeros(3), "shape"),
+        ("drift", np.full(26, np.inf), "drift is not finite"),
+        ("drift", np.zeros(3), "shape"),
         ("time", np.asarray(-1.0), "time is -1"),
         ("time", np.asarray(np.nan), "time is nan"),
         ("step", np.asarray(-1), "step is -1"),

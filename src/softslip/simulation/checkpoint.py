@@ -182,15 +182,16 @@ def state_from(arrays: Arrays, like: State) -> State:
         count = getattr(like, name)
         if arrays[name].shape or int(arrays[name]) != count:
             raise CheckpointError(f"state: {name} is {arrays[name]}, but this run has {count}")
-    vector, direction = arrays["vector"], arrays["direction"]
-    if vector.shape != like.vector.shape or direction.shape not in ((0,), vector.shape):
-        raise CheckpointError(
-            f"state: vector has shape {vector.shape}, direction {direction.shape}, "
-            f"but this run has {like.vector.shape}"
-        )
+    shapes = {name: arrays[name].shape for name in ("vector", "direction", "drift")}
+    whole = like.vector.shape
+    if shapes["vector"] != whole or not set(shapes.values()) <= {whole, (0,)}:
+        found = {name: f"{name} {shape}" for name, shape in shapes.items()}
+        found["vector"] = f"vector has shape {shapes['vector']}"
+        said = ", ".join(found.values())
+        raise CheckpointError(f"state: {said}, but this run has {whole}")
     for name in PARTS:
         part = arrays[name]
-        if name in ("vector", "direction"):
+        if name in shapes:
             if not np.isfinite(part).all():
                 raise CheckpointError(f"state: {name} is not finite")
         elif part.shape or not (math.isfinite(part) and part >= 0):

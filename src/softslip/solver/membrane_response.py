@@ -33,11 +33,11 @@ from softslip.solver.geometry import FloatArray, IntArray, Layout
 from softslip.solver.membrane import MembraneLaw, staggered
 from softslip.solver.mobility.line import line_symbols
 
-LONG_MODES = 8
+LONG_MODES = 12
 """Modes of a membrane whose curvature is treated exactly: shapes in dense packings have corners,
 whose κ² is up to four times the mean one, as much as D̂² of mode 2 and 1/20 of that of mode 9."""
 
-CURVATURE_MARGIN = 2.0
+CURVATURE_MARGIN = 1.0
 """Factor on the largest κ² in the short modes: 1 would do for a circle."""
 
 Solve = Callable[[FloatArray], None]

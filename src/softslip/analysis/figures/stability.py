@@ -19,6 +19,7 @@ VERDICTS = {
 AXES = {
     "step_euler": r"Euler step, $\Delta t\,\rho/2$",
     "step_rkc2": r"step asked of rkc2, $\Delta t\,\rho/2$",
+    "step_imex_rkc2": r"step asked of imex_rkc2, $\Delta t\,\rho/2$",
     "stress": r"stress $\sigma$",
     "membrane_modulus": r"membrane modulus $K_\mathrm{e}$",
     "wall_stiffness": r"tether constant $K_\mathrm{w}$",

@@ -84,31 +84,38 @@ def _euler_steps(design: MapDesign) -> list[Cell]:
     ]
 
 
-def _rkc2_steps(design: MapDesign) -> list[Cell]:
-    """Return cells of 'rkc2' at its loosest tolerance, asked for steps over the Euler limit."""
-    start = dense(design)
-    limit = 2.0 / spectral_radius(scene_of(start, start))
-    return [
-        Cell(
-            "step_rkc2",
-            f"{value:g}",
-            value,
-            "standard",
-            merged(
+def _adaptive_steps(integrator: str) -> Callable[[MapDesign], list[Cell]]:
+    """Return a function of cells of an integrator that adapts its steps.
+
+    At its loosest tolerance, asked for steps over the Euler limit.
+    """
+
+    def cells(design: MapDesign) -> list[Cell]:
+        start = dense(design)
+        limit = 2.0 / spectral_radius(scene_of(start, start))
+
+        def stepping(value: float) -> Tree:
+            return {
+                "integrator": integrator,
+                "step": value * limit,
+                "longest_step": max(value * limit, 1.0 if value >= 1 else 0.0),
+                "tolerance": 0.1,
+            }
+
+        return [
+            Cell(
+                f"step_{integrator}",
+                f"{value:g}",
+                value,
+                "standard",
+                merged(start, {"time_stepping": stepping(value)}),
                 start,
-                {
-                    "time_stepping": {
-                        "step": value * limit,
-                        "longest_step": max(value * limit, 1.0 if value >= 1 else 0.0),
-                        "tolerance": 0.1,
-                    }
-                },
-            ),
-            start,
-            design.duration,
-        )
-        for value in design.steps
-    ]
+                design.duration,
+            )
+            for value in design.steps
+        ]
+
+    return cells
 
 
 def _contact_ranges(design: MapDesign) -> list[Cell]:
@@ -246,7 +253,8 @@ def _printed_controls(design: MapDesign) -> list[Cell]:
 
 GROUPS: Mapping[str, Callable[[MapDesign], list[Cell]]] = {
     "step_euler": _euler_steps,
-    "step_rkc2": _rkc2_steps,
+    "step_rkc2": _adaptive_steps("rkc2"),
+    "step_imex_rkc2": _adaptive_steps("imex_rkc2"),
     "stress": _material("stress"),
     "membrane_modulus": _material("membrane_modulus"),
     "wall_stiffness": _material("wall_stiffness"),
