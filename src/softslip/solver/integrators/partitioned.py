@@ -12,6 +12,13 @@ and then g L acts on what the stages do not know of each other: taken about y_n 
 error is of first order in g until g L is small; about the path that the solution was just on, it
 is of second order.
 
+After the stages, stiff modes are brought nearer to where the slow ones want them, by
+
+    y_{n+1} += w g P_g [f_n + f_{n+1} - 2 (y_{n+1} - y_n)/Δt],
+
+which is of third order in Δt where all is smooth, and costs one evaluation. The stages alone leave
+a third to all of what stiff modes are away; in forces and velocities, that would count.
+
 In a mode whose rate is -λ, of which P_g knows -l, the recurrence sees g λ/(1 + g l): steps are
 stable while the spectral radius of g P_g J is at most 1 + 1/w₀. Where l ≥ λ/2 they are stable
 whatever their length, and it takes stages only for what L does not know at all.
@@ -56,9 +63,10 @@ FEWEST_STAGES = 5
 """Stages of a step at least. At equal error, steps of 4 to 8 stages take the same work per time, of
 3 a tenth more; more stages let rejections be fewer."""
 
-SMOOTHING = 0.7
-"""Weight of the smoothing after the stages: of what a stiff mode is away from where the slow ones
-want it, it leaves 1 - 0.7 λ/l, at most 0.4 for λ/l of 0.9 to 2; stages leave a third to all."""
+SMOOTHING = 0.5
+"""Weight of the smoothing after the stages, the largest that is stable as far as the stages are: of
+what a stiff mode is away from where the slow ones want it, R of which the stages leave, it leaves
+R - g λ/(1 + g l) (1 + R)/2, from -1/3 to 0 where all of the rate is known."""
 
 SHIFT_CHANGE = 1.5
 """Ratio of g to that of the last estimate of the spectral radius from which it is estimated anew:
