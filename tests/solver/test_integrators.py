@@ -733,9 +733,11 @@ def test_a_run_goes_on_bit_for_bit_from_what_is_remembered(name):
     rate, vector, end = STIFF["squeezed"]
     step = 1e-4 if name == "euler" else 2e-3
     end = 300 * step if name == "euler" else end
-    whole = march(INTEGRATORS[name], rate, vector, end, step, 1e-3)
-    assert len(whole) > 40
-    accuracy = Accuracy(1e-3, np.ones_like(vector))
+    # So small that the radius is estimated again on the way.
+    tolerance = 2e-4 if name == "imex_rkc2" else 1e-3
+    whole = march(INTEGRATORS[name], rate, vector, end, step, tolerance)
+    assert len(whole) > 41
+    accuracy = Accuracy(tolerance, np.ones_like(vector))
     for cut in (1, 198, 199, 200, 250) if name == "euler" else (1, 24, 25, 26, 40):
         step = whole[cut]
         remembered = step.memory
