@@ -36,7 +36,7 @@ from softslip.solver.mobility.line import line_symbols
 LONG_MODES = 12
 """Modes of a membrane whose curvature is treated exactly: shapes in dense packings have corners,
 whose κ² is up to four times the mean one, as much as D̂² of mode 2 and 1/40 of that of mode 13.
-What the implicit part leaves of the next mode costs stages: with 8, the radius is 49, with 12, 31."""
+What is left of the next mode costs stages: the radius of P_g J is 49 with 8 modes, 31 with 12."""
 
 Solve = Callable[[FloatArray], None]
 """Multiplies displacements of all particle nodes, shape (nodes, 2), by P_g in place."""
