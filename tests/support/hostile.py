@@ -94,7 +94,6 @@ VARIABLES: Mapping[str, Sequence[str | None]] = {
     "PANDAS_COPY_ON_WRITE": NONSENSE,
     "PANDAS_FUTURE_INFER_STRING": NONSENSE,
     "OPENBLAS_NUM_THREADS": NONSENSE,
-    "OPENBLAS_CORETYPE": ("foo", "Prescott", "Haswell"),
     "OPENBLAS_VERBOSE": ("2",),
     "OMP_NUM_THREADS": NONSENSE,
     "OMP_PROC_BIND": ("foo", "true"),

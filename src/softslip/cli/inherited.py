@@ -31,9 +31,12 @@ KEPT = {
     "HDF5_USE_FILE_LOCKING": ("0", "1", "BEST_EFFORT", "FALSE", "TRUE"),
     "NUMBA_BOUNDSCHECK": ("0", "1"),
     "NUMBA_CACHE_DIR": None,
+    "OPENBLAS_CORETYPE": None,
+    "OPENBLAS_L2_SIZE": None,
 }
 """Those among them that are left alone, if they have one of these values: where files cannot be
-locked, what developers look for errors with, and where compiled functions are stored."""
+locked, what developers look for errors with, where compiled functions are stored, and for which
+processor linear algebra is done, which administrators of virtual machines have to set."""
 
 NUMBA_SETTINGS = ".numba_config.yaml"
 """File of the current folder that numba takes settings from when it is imported."""
