@@ -64,6 +64,7 @@ TABLE = [
     (f"ageing shear {STARTED}", "solver.mobility.profile"),
     ("shear tradeoff", "simulation.arrays simulation.record"),
     ("gather", "analysis.observables.timescales"),
+    ("draw", "analysis.comparable"),
     ("gather draw", "analysis.observables.velocity_fields"),
     ("gather fit draw", "analysis.observables.seeds analysis.observables.tables"),
     ("gather draw tradeoff", "analysis.observables.series"),
@@ -311,6 +312,8 @@ HANDED = {
     *("read_mapping", "relocated"),
     # Which functions draw: the entries of `draw` are these.
     "FIGURES",
+    # Names of parameters and what the paper gives of them.
+    *("MATERIAL", "all_fields", "departures", "label_of"),
     # Reports.
     "table_row",
     # Which signals stop a run.
