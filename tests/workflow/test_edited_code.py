@@ -8,6 +8,7 @@ import pytest
 from tiny import snakemake
 
 import softslip
+from softslip.files.products import FIGURES, FITS, figures_of
 
 pytestmark = pytest.mark.workflow
 
@@ -18,12 +19,15 @@ EDIT = "\n    _EDITED = 1\n"
 
 REMARK = "\n    # A remark.\n"
 
-AFTER_SHEAR = {"shear": 1, "gather": 3, "fit": 1, "figure": 3, "snapshot": 1}
+DRAWN = len(figures_of("figure"))
+FROM_FITS = sum(FITS in FIGURES[name].parents for name in figures_of("figure"))
+
+AFTER_SHEAR = {"shear": 1, "gather": 3, "fit": 1, "figure": DRAWN, "snapshot": 1}
 AFTER_EXPANSION = {"expansion": 1, "ageing": 1, **AFTER_SHEAR}
 
 EDITS = [
     ("solver/contacts.py", EDIT, {"ageing": 1, **AFTER_SHEAR}),
-    ("analysis/figures/membranes.py", EDIT, {"figure": 3, "snapshot": 1}),
+    ("analysis/figures/membranes.py", EDIT, {"figure": DRAWN, "snapshot": 1}),
     ("solver/contacts.py", REMARK, {}),
     pytest.param(
         "simulation/packing.py", EDIT, {"packing": 1, **AFTER_EXPANSION}, marks=pytest.mark.slow
@@ -32,21 +36,21 @@ EDITS = [
     pytest.param(
         "analysis/observables/steady.py",
         EDIT,
-        {"gather": 3, "fit": 1, "figure": 3, "snapshot": 1},
+        {"gather": 3, "fit": 1, "figure": DRAWN, "snapshot": 1},
         marks=pytest.mark.slow,
     ),
     pytest.param(
         "analysis/fits/slip.py",
         EDIT,
-        # Of the figures only the one that is drawn from the fit.
-        {"fit": 1, "figure": 1},
+        # Of the figures only those that are drawn from the fit.
+        {"fit": 1, "figure": FROM_FITS},
         marks=pytest.mark.slow,
     ),
     # The wording of what a scenario is refused with, and what its parameters mean.
     ("config/checks.py", EDIT, {}),
     pytest.param("config/sections/material.py", EDIT, {}, marks=pytest.mark.slow),
     pytest.param("files/storage.py", EDIT, {}, marks=pytest.mark.slow),
-    pytest.param("cli/stages.py", EDIT, {}, marks=pytest.mark.slow),
+    pytest.param("cli/stage_commands.py", EDIT, {}, marks=pytest.mark.slow),
     pytest.param("studies/validation/couette.py", EDIT, {}, marks=pytest.mark.slow),
 ]
 

@@ -12,7 +12,8 @@ from softslip.studies.validation.cylinders import Cylinders
 def test_drag_is_within_a_hundredth(fidelity, concentration):
     outcome = Cylinders(fidelity=fidelity, concentration=concentration).solve()
     assert outcome.passed, outcome.errors
-    assert outcome.error < 2e-3
+    # Up to 1.8e-3 by the regularisation of `paper`, and 2.4e-4 rms by how far and near are split.
+    assert outcome.error < 2.5e-3
     assert set(outcome.result) | set(outcome.errors) == set(Cylinders.units)
     drawn = math.pi * (outcome.result["radius"] / outcome.result["period"]) ** 2
     assert drawn == pytest.approx(concentration, rel=1e-12)
