@@ -4,18 +4,16 @@ The checks look at names, dimensions, types, units, sizes and values, and recomp
 """
 
 import json
-from collections.abc import Callable, Hashable, Iterator, Mapping
-from dataclasses import dataclass, field
-from typing import Any, Literal
+from collections.abc import Hashable, Iterator, Mapping
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from softslip.files.quantities import FORMER_UNITS
+from softslip.files.schema import Kind, Schema, Variable
 from softslip.messages import Verbatim, brief
-
-Kind = Literal["number", "count", "flag", "word"]
 
 TYPES: Mapping[Kind, np.dtype[Any]] = {
     "number": np.dtype(np.float64),
@@ -26,85 +24,6 @@ TYPES: Mapping[Kind, np.dtype[Any]] = {
 
 KINDS: Mapping[str, Kind] = {"f": "number", "i": "count"}
 """Kind of swept values by the kind of their type; all others are words."""
-
-Rule = Callable[[xr.Dataset], str | None]
-"""Returns what is wrong with a dataset whose variables are right one by one, if anything is."""
-
-
-@dataclass(frozen=True)
-class Variable:
-    """What one variable must look like.
-
-    Attributes
-    ----------
-    dims
-        Its dimensions in their order; after those of the sweep, where it is ``swept``.
-    units
-        Its attribute ``units``; None for a label, which carries none.
-    kind
-        float64, int64, truth values or words.
-    unknown
-        Whether values may be NaN.
-    infinite
-        Whether values may be infinite.
-    least, above
-        Values that are known are at least one of these and above the other.
-    increasing
-        Whether each value must exceed the one before it.
-    words
-        The words in their order, for a label; the words that may occur, for any other variable.
-    swept
-        Whether the dimensions of the sweep come before its own.
-    pooled
-        Dimensions of the sweep that it has not.
-    known_where
-        A variable of words and a beginning: where its word begins so, values must be known.
-    group
-        Variables of one group are there together or not at all; None if it must be there.
-    """
-
-    dims: tuple[str, ...]
-    units: str | None
-    kind: Kind = "number"
-    unknown: bool = False
-    infinite: bool = False
-    least: float = -np.inf
-    above: float = -np.inf
-    increasing: bool = False
-    words: tuple[str, ...] = ()
-    swept: bool = False
-    pooled: tuple[str, ...] = ()
-    known_where: tuple[str, str] | None = None
-    group: str | None = None
-
-
-@dataclass(frozen=True)
-class Schema:
-    """What the datasets of one stage must look like.
-
-    Attributes
-    ----------
-    remedy
-        What to do to get a dataset of this stage again.
-    variables
-        What each variable must look like, by name.
-    groups
-        The parameter without which a group of variables is absent, by the group's name.
-    sweep
-        The variable whose leading dimensions are those of the sweep; None where nothing is swept.
-    shared
-        Units of the parameters that are a coordinate where all runs share their value.
-    rules
-        What must hold between variables.
-    """
-
-    remedy: str
-    variables: Mapping[str, Variable]
-    groups: Mapping[str, str] = field(default_factory=dict)
-    sweep: str | None = None
-    shared: Mapping[str, str] = field(default_factory=dict)
-    rules: tuple[Rule, ...] = ()
-
 
 SIZES: Mapping[str, int] = {"axis": 2, "wall": 2, "parameter": 3, "other_parameter": 3}
 """Sizes of the dimensions that always have the same."""

@@ -48,6 +48,8 @@ class TableEntry:
         What computes it.
     summary
         One or two sentences for people who look for data.
+    schema
+        What it must look like: a `files.schema.Schema`; empty where it is not checked.
     level
         How far the data have come from the simulation.
     """
@@ -57,6 +59,7 @@ class TableEntry:
     parents: tuple[str, ...]
     function: str
     summary: str
+    schema: str = ""
     level: str = "averages of simulations"
 
 
@@ -90,6 +93,7 @@ class FigureEntry:
 _OBSERVABLES = "softslip.analysis.observables.tables"
 _FIGURES = "softslip.analysis.figures"
 _PAPER = "softslip.analysis.paper"
+_SCHEMAS = "softslip.files.table_schemas"
 
 DATASETS: Mapping[str, TableEntry] = {
     entry.name: entry
@@ -101,6 +105,7 @@ DATASETS: Mapping[str, TableEntry] = {
             f"{_OBSERVABLES}:flow_curve",
             "Steady shear rates and slip velocities of dense suspensions of soft particles, with "
             "standard errors, for each stress and wall.",
+            f"{_SCHEMAS}:FLOW_CURVE",
         ),
         TableEntry(
             "creep",
@@ -109,6 +114,7 @@ DATASETS: Mapping[str, TableEntry] = {
             f"{_OBSERVABLES}:creep",
             "Shear rates and slip velocities of dense suspensions of soft particles in time since "
             "the stress began.",
+            f"{_SCHEMAS}:CREEP",
         ),
         TableEntry(
             "profiles",
@@ -117,6 +123,7 @@ DATASETS: Mapping[str, TableEntry] = {
             f"{_OBSERVABLES}:profiles",
             "Mean velocity profiles between the walls of dense suspensions of soft particles in "
             "steady flow.",
+            f"{_SCHEMAS}:PROFILES",
         ),
         TableEntry(
             FITS,
@@ -125,6 +132,7 @@ DATASETS: Mapping[str, TableEntry] = {
             "softslip.analysis.fits:fit_laws",
             "Parameters of the Herschel-Bulkley law and of laws of wall slip, with standard "
             "errors, fitted to steady flow of dense suspensions of soft particles.",
+            f"{_SCHEMAS}:FITS",
             "fits to averages of simulations",
         ),
     )

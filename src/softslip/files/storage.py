@@ -15,8 +15,9 @@ import xarray as xr
 
 import softslip
 from softslip.errors import DatasetError, SoftslipError, StorageError
-from softslip.files.conventions import CONVENTIONS, as_stored, as_used, discovery, without_discovery
-from softslip.files.schema import SCHEMAS, check_dataset
+from softslip.files.conventions import CONVENTIONS, as_stored, as_used
+from softslip.files.dataset_check import SCHEMAS, check_dataset
+from softslip.files.discovery import discovery, without_discovery
 from softslip.files.seals import check_seal, seal
 from softslip.files.uninterrupted import uninterrupted
 from softslip.messages import file_text
@@ -36,11 +37,11 @@ CONTENT_DIGEST, RECORD_DIGEST = "content_sha256", "record_sha256"
 def write_dataset(dataset: xr.Dataset, path: Path, *, stage: str, run: str, title: str) -> None:
     """Write a dataset under its final name in one step.
 
-    The file keeps to CF-1.11 and ACDD-1.3, see `files.conventions`; `read_dataset` gives back
-    what was given. Every variable is compressed and carries a fletcher32 checksum, the whole two
-    digests that `read_dataset` checks, and the file a seal (`files.seals`). It is written to a
-    temporary name in the same folder, read back, synced and renamed, so that a reader finds either
-    the whole new file or what was there before.
+    The file keeps to CF-1.11 (`files.conventions`) and ACDD-1.3 (`files.discovery`);
+    `read_dataset` gives back what was given. Every variable is compressed and carries a fletcher32
+    checksum, the whole two digests that `read_dataset` checks, and the file a seal (`files.seals`).
+    It is written to a temporary name in the same folder, read back, synced and renamed, so that a
+    reader finds either the whole new file or what was there before.
 
     Parameters
     ----------
