@@ -73,8 +73,8 @@ def query(
     for sentence in found.unreadable:
         print(sentence, file=sys.stderr)
     chosen = found.query(expression) if expression.strip() else found
-    wanted = [name.strip() for name in columns.split(",")] if columns.strip() else []
-    frame = chosen.table(wanted)
+    named = [name.strip() for name in columns.split(",")] if columns.strip() else []
+    frame = chosen.table(named)
     if output is not None:
         name = source if is_scenario(source) else chosen.folder.name
         _gather(chosen, table, output, job, name)
@@ -82,8 +82,8 @@ def query(
         with replacing(csv) as temporary:
             frame.to_csv(temporary, index=False, lineterminator="\n")
     if as_json:
-        told = {"folder": str(chosen.folder), "query": expression, "runs": chosen.rows(wanted)}
-        print(json.dumps(told))
+        contents = {"folder": str(chosen.folder), "query": expression, "runs": chosen.rows(named)}
+        print(json.dumps(contents))
     elif csv is None and output is None:
         _show(chosen, frame, expression)
 

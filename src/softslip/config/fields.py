@@ -60,7 +60,7 @@ def group(field: FieldInfo) -> type[BaseModel] | None:
 
 
 def extra(field: FieldInfo, key: str) -> Any:
-    """Return what `quantity` was told about a field: its symbol, unit, paper or label."""
+    """Return what `quantity` says of a field: its symbol, unit, paper or label."""
     return field.json_schema_extra.get(key) if isinstance(field.json_schema_extra, dict) else None
 
 
@@ -230,11 +230,11 @@ def _remedy(field: FieldInfo, kind: str, value: object) -> str:
     example, source = (field.default, "the default") if paper is None else (paper, "as the paper")
     if kind == "literal_error":
         return f"for example {brief(example)}, {source}"
-    # A full stop ends the first sentence only before a capital: "Eq. 25" goes on.
+    # A full stop ends the first sentence only before a capital: not in "Eq. 25".
     described = re.split(r"\. (?=[A-Z])", field.description or "")[0].rstrip(".")
     allowed = bounds(field)
-    wanted = f"use a value {allowed}, such as" if allowed else "for example"
-    return f"{wanted} {brief(example)}, {source} ({described})"
+    advice = f"use a value {allowed}, such as" if allowed else "for example"
+    return f"{advice} {brief(example)}, {source} ({described})"
 
 
 def _is_number(text: str) -> bool:

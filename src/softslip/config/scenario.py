@@ -232,7 +232,7 @@ def _scenario(file: Path, tree: Mapping[Any, Any]) -> Scenario:
         )
     sentence = " ".join(description.split())
     if not sentence.isprintable():
-        limit, remedy = "has signs that cannot be shown", "write plain text"
+        limit, remedy = "has characters that cannot be printed", "write plain text"
         raise ConfigError("description", brief(description), limit, remedy)
     base = _mapping(tree, "base")
     try:

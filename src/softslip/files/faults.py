@@ -51,21 +51,21 @@ def faults(dataset: xr.Dataset, schema: Schema) -> Iterator[str]:
     schema
         What it must look like.
     """
-    wanted = dict(schema.variables)
+    expected = dict(schema.variables)
     for group, path in schema.groups.items():
-        members = [name for name, variable in wanted.items() if variable.group == group]
+        members = [name for name, variable in expected.items() if variable.group == group]
         if not any(name in dataset.variables for name in members):
             yield from _parameter_faults(dataset, path)
-            if not _is_wanted(dataset, path):
-                wanted = {name: each for name, each in wanted.items() if name not in members}
-    for name in wanted:
+            if not _is_asked_for(dataset, path):
+                expected = {name: each for name, each in expected.items() if name not in members}
+    for name in expected:
         if name not in dataset.variables:
             yield f"variable {name} is missing, which this stage writes"
     lead = () if schema.sweep is None else dataset.variables[schema.sweep].dims
     yield from _swept_faults(dataset, schema, lead)
-    for name, variable in wanted.items():
+    for name, variable in expected.items():
         yield from _form_faults(name, dataset.variables[name], variable, lead)
-    for name, variable in wanted.items():
+    for name, variable in expected.items():
         yield from _value_faults(name, dataset.variables[name].values, variable)
         yield from _gap_faults(name, dataset, variable)
     for rule in schema.rules:
@@ -74,7 +74,7 @@ def faults(dataset: xr.Dataset, schema: Schema) -> Iterator[str]:
             yield fault
 
 
-def _is_wanted(dataset: xr.Dataset, path: str) -> bool:
+def _is_asked_for(dataset: xr.Dataset, path: str) -> bool:
     """Tell whether a run's parameters ask for a group; without parameters nothing is asked for."""
     section, _, name = path.partition(".")
     text = dataset.attrs.get("parameters")
@@ -84,7 +84,7 @@ def _is_wanted(dataset: xr.Dataset, path: str) -> bool:
 def _parameter_faults(dataset: xr.Dataset, path: str) -> Iterator[str]:
     """Yield that the parameters cannot be read, if they cannot."""
     try:
-        _is_wanted(dataset, path)
+        _is_asked_for(dataset, path)
     except (ValueError, TypeError, KeyError, IndexError, RecursionError):
         text = shown(dataset.attrs["parameters"])
         yield f"attribute parameters is {text}, not the JSON of a run's parameters with {path}"
@@ -105,7 +105,7 @@ def _swept_faults(dataset: xr.Dataset, schema: Schema, lead: tuple[Hashable, ...
         yield from _form_faults(dim, held, Variable((str(dim),), units, kind), ())
         yield from _value_faults(dim, held.values, Variable((str(dim),), units, kind))
         if len(set(held.values.tolist())) != held.size:
-            yield f"variable {name} has a value twice, not each once"
+            yield f"variable {name} has a value twice; each may occur once"
     for label, units in schema.shared.items():
         if label in dataset.variables and label not in lead:
             held = dataset.variables[label]
@@ -114,17 +114,17 @@ def _swept_faults(dataset: xr.Dataset, schema: Schema, lead: tuple[Hashable, ...
 
 
 def _form_faults(
-    name: Hashable, held: xr.Variable, wanted: Variable, lead: tuple[Hashable, ...]
+    name: Hashable, held: xr.Variable, expected: Variable, lead: tuple[Hashable, ...]
 ) -> Iterator[str]:
     """Yield what is wrong with a variable's dimensions, type, units and sizes."""
-    before = tuple(dim for dim in lead if dim not in wanted.pooled) if wanted.swept else ()
-    dims = (*before, *wanted.dims)
+    before = tuple(dim for dim in lead if dim not in expected.pooled) if expected.swept else ()
+    dims = (*before, *expected.dims)
     if held.dims != dims:
         yield f"variable {_plain(name)} has dimensions {_listed(held.dims)}, not {_listed(dims)}"
-    yield from _type_faults(name, held, wanted.kind)
+    yield from _type_faults(name, held, expected.kind)
     units = held.attrs.get("units")
-    if not isinstance(units, str | None) or FORMER_UNITS.get(str(units), units) != wanted.units:
-        yield f"variable {_plain(name)} has the units {shown(units)}, not {shown(wanted.units)}"
+    if not isinstance(units, str | None) or FORMER_UNITS.get(str(units), units) != expected.units:
+        yield f"variable {_plain(name)} has the units {shown(units)}, not {shown(expected.units)}"
     for dim, size in held.sizes.items():
         place = f"variable {_plain(name)} has {size} values along {_plain(dim)}"
         if size != SIZES.get(str(dim), size):
@@ -151,41 +151,41 @@ def _type_faults(name: Hashable, held: xr.Variable, kind: Kind) -> Iterator[str]
         yield f"variable {_plain(name)} is stored scaled or with gaps, not as it is"
 
 
-def _value_faults(name: Hashable, values: NDArray[Any], wanted: Variable) -> Iterator[str]:
+def _value_faults(name: Hashable, values: NDArray[Any], expected: Variable) -> Iterator[str]:
     """Yield what is wrong with a variable's values one by one and in their order."""
-    if wanted.kind == "word":
-        yield from _word_faults(name, values.ravel().tolist(), wanted)
-    if wanted.kind in ("word", "flag"):
+    if expected.kind == "word":
+        yield from _word_faults(name, values.ravel().tolist(), expected)
+    if expected.kind in ("word", "flag"):
         return
     numbers = values.astype(np.float64)
-    if not wanted.unknown:
+    if not expected.unknown:
         yield from _first(name, values, np.isnan(numbers), "a number")
-    if not wanted.infinite:
+    if not expected.infinite:
         yield from _first(name, values, np.isinf(numbers), "finite")
-    yield from _first(name, values, numbers < wanted.least, f"at least {wanted.least:g}")
-    yield from _first(name, values, numbers <= wanted.above, f"above {wanted.above:g}")
-    if wanted.increasing:
+    yield from _first(name, values, numbers < expected.least, f"at least {expected.least:g}")
+    yield from _first(name, values, numbers <= expected.above, f"above {expected.above:g}")
+    if expected.increasing:
         falls = np.append(False, np.diff(numbers) <= 0)
         yield from _first(name, values, falls, "above the value before it")
 
 
-def _word_faults(name: Hashable, words: list[str], wanted: Variable) -> Iterator[str]:
+def _word_faults(name: Hashable, words: list[str], expected: Variable) -> Iterator[str]:
     """Yield what is wrong with words; a label has all of its own in order, others some of them."""
-    if not wanted.words:
+    if not expected.words:
         return
-    if wanted.units is None and tuple(words) != wanted.words:
-        yield f"variable {_plain(name)} is {shown(words)}, not {shown(list(wanted.words))}"
+    if expected.units is None and tuple(words) != expected.words:
+        yield f"variable {_plain(name)} is {shown(words)}, not {shown(list(expected.words))}"
     for word in words:
-        if word not in wanted.words:
-            choices = " or ".join(map(repr, wanted.words))
+        if word not in expected.words:
+            choices = " or ".join(map(repr, expected.words))
             yield f"variable {_plain(name)} has the word {shown(word)}, not {choices}"
 
 
-def _gap_faults(name: str, dataset: xr.Dataset, wanted: Variable) -> Iterator[str]:
+def _gap_faults(name: str, dataset: xr.Dataset, expected: Variable) -> Iterator[str]:
     """Yield where a value is unknown although the dataset says that it is known."""
-    if wanted.known_where is None:
+    if expected.known_where is None:
         return
-    messages, beginning = wanted.known_where
+    messages, beginning = expected.known_where
     words = dataset.variables[messages].values
     known = np.array([word.startswith(beginning) for word in words.ravel().tolist()], dtype=bool)
     values = dataset.variables[name].values
@@ -194,14 +194,14 @@ def _gap_faults(name: str, dataset: xr.Dataset, wanted: Variable) -> Iterator[st
 
 
 def _first(
-    name: Hashable, values: NDArray[Any], wrong: NDArray[np.bool_], wanted: str
+    name: Hashable, values: NDArray[Any], wrong: NDArray[np.bool_], expected: str
 ) -> Iterator[str]:
     """Yield the first value that is wrong, with its place."""
     if not wrong.any():
         return
     place = tuple(int(index) for index in np.argwhere(wrong)[0])
     at = f"[{', '.join(map(str, place))}]" if place else ""
-    yield f"variable {_plain(name)}{at} is {values[place]:g}, not {wanted}"
+    yield f"variable {_plain(name)}{at} is {values[place]:g}, not {expected}"
 
 
 def shown(value: object) -> str:

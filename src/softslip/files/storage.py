@@ -31,7 +31,7 @@ VOLATILE = ("date_created", "history", "provenance")
 """Attributes that differ between two runs of the same thing: when and where it was run."""
 
 CONTENT_DIGEST, RECORD_DIGEST = "content_sha256", "record_sha256"
-"""Attributes: the digest of all that the same run gives again, and of that with the rest."""
+"""Attributes: the digest of all that a rerun repeats, and of that with the rest."""
 
 
 def write_dataset(dataset: xr.Dataset, path: Path, *, stage: str, run: str, title: str) -> None:
@@ -166,9 +166,9 @@ def _check_digests(path: Path, dataset: xr.Dataset) -> None:
     DatasetError
         When a digest is missing or is that of something else.
     """
-    for key, wanted in digests(dataset).items():
+    for key, expected in digests(dataset).items():
         found = dataset.attrs.get(key)
-        if found != wanted:
+        if found != expected:
             state = "is missing" if found is None else "does not fit what the file holds"
             raise DatasetError(f"{file_text(path)}: {key} {state}; delete it and rerun its job")
 
@@ -265,17 +265,17 @@ def read_dataset(path: Path, *, stage: str, run: str | None = None) -> xr.Datase
         with uninterrupted():
             dataset = xr.load_dataset(path.absolute(), engine="netcdf4")
     except FileNotFoundError:
-        raise DatasetError(f"{name}: not there; run the {stage} stage first") from None
+        raise DatasetError(f"{name}: does not exist; run the {stage} stage first") from None
     # What the library raises for a damaged file has no common base; AttributeError is among it.
     except Exception as error:
         raise DatasetError(
             f"{name}: cannot be read ({_reason(error)}); if it is a result, delete it and rerun "
             f"the {stage} stage"
         ) from error
-    for key, wanted in (("stage", stage), ("run", run)):
+    for key, expected in (("stage", stage), ("run", run)):
         found = dataset.attrs.get(key)
-        if wanted is not None and found != wanted:
-            raise DatasetError(f"{name}: is of {key} {found!r}, not {wanted!r}")
+        if expected is not None and found != expected:
+            raise DatasetError(f"{name}: is of {key} {found!r}, not {expected!r}")
     _check_digests(path, dataset)
     used = as_used(dataset)
     used.attrs = without_discovery(used.attrs)

@@ -16,7 +16,7 @@ OUTDATED = "the code of its stage has changed"
 
 UNWANTED = "all are to be removed"
 UNHELD = "nobody holds it"
-INCOMPLETE = "was begun and never completed"
+INCOMPLETE = "was never completed"
 """Why other files are left over."""
 
 
@@ -78,7 +78,7 @@ def _remove_of(folder: Path, run: str, files: list[Leftover]) -> Iterator[Leftov
     """Remove files of one run, whose lock is taken first and whose lock file goes last."""
     with claim(folder / CHECKPOINTS, run):
         if not (folder / f"{run}.nc").exists():
-            # It was begun again since it was looked at.
+            # A rerun has begun since it was looked at.
             files = [file for file in files if file.reason != FINISHED]
         yield from filter(_unlinked, files)
         lock_path(folder / CHECKPOINTS, run).unlink(missing_ok=True)

@@ -192,10 +192,10 @@ def with_file(run: StoredRun) -> StoredRun:
         When the file cannot be read, or is of another run.
     """
     attributes = text_attributes(run.path, LABELS)
-    for key, wanted in (("stage", run.stage), ("run", run.run)):
-        if attributes.get(key) != wanted:
+    for key, expected in (("stage", run.stage), ("run", run.run)):
+        if attributes.get(key) != expected:
             stated = brief(attributes.get(key))
-            raise DatasetError(f"{file_text(run.path)}: is of {key} {stated}, not {wanted!r}")
+            raise DatasetError(f"{file_text(run.path)}: is of {key} {stated}, not {expected!r}")
     return replace(_stored(run.path, attributes), labels=run.labels)
 
 

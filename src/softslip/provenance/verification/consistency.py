@@ -138,13 +138,13 @@ class Consistency:
         parents = [(before, ids[before])] if before else []
         if [(each.stage, each.run) for each in product.parents] != parents:
             yield f"does not name its one parent, {' '.join(parents[0]) if parents else 'none'}"
-        wanted = {
+        expected = {
             "parent": ids[before] if before else "",
             "mean_radius": stated.suspension.mean_radius,
             "area_fraction": stated.suspension.area_fraction,
         }
         marks = self.examined[product.path].marks
-        for key, value in wanted.items():
+        for key, value in expected.items():
             if key not in marks or marks[key] != value:
                 yield f"its {key} is {brief(marks.get(key))}, but its parameters say {brief(value)}"
         seed = product.provenance.get("seed")
