@@ -26,7 +26,7 @@ from softslip.cli import app
 from softslip.config.scenario import load_scenario
 from softslip.config.stages import STAGES
 from softslip.errors import ConfigError, DatasetError, StorageError
-from softslip.files.products import expected_results
+from softslip.files.expected_results import expected_results
 from softslip.files.storage import read_dataset, write_dataset
 from softslip.provenance.crate import Credits, collect, files_of, write_archive, write_folder
 from softslip.provenance.crate.contents import crate_file

@@ -1,7 +1,7 @@
 """Axes over parameters, and the parameters of one combination of their values."""
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -43,12 +43,20 @@ def axes_of(tree: Mapping[Any, Any]) -> tuple[Axis, ...]:
         When a path names no single parameter, or its values are no list of different ones.
     """
     checked = {path: _axis_values(path, values) for path, values in tree.items()}
-    labels = {path: label_of(path) for path in checked}
+    return tuple(Axis(path, label, checked[path]) for path, label in labels_of(checked).items())
+
+
+def labels_of(paths: Iterable[str]) -> dict[str, str]:
+    """Return the dimensions that swept parameters become together, by their paths.
+
+    Each is that of `label_of`, or the path itself with ``_`` for dots where several would share it.
+    """
+    labels = {path: label_of(path) for path in paths}
     shared = Counter(labels.values())
-    return tuple(
-        Axis(path, label if shared[label] == 1 else path.replace(".", "_"), checked[path])
+    return {
+        path: label if shared[label] == 1 else path.replace(".", "_")
         for path, label in labels.items()
-    )
+    }
 
 
 def label_of(path: str) -> str:

@@ -2,13 +2,21 @@
 
 from typing import Any
 
+from softslip.config.fields import all_fields, extra
+from softslip.config.parameters import Parameters
+from softslip.config.sweep import label_of
 from softslip.files.quantities import unit_of
 from softslip.files.schema import Schema, Variable, of_quantity
 
 DONE = ("status", "done")
 """Where a table holds a run."""
 
-_SHARED = {"stress": "stress unit", "roughness": "1", "wall_separation": "length unit"}
+_SHARED = {
+    label_of(path): str(extra(all_fields(Parameters)[path], "unit"))
+    for path in ("rheometer.stress", "wall.roughness", "channel.height")
+}
+"""Units of the parameters that a dataset names where all its runs share them, by their labels."""
+
 _RUNS = {
     **of_quantity("status", kind="word", words=("done", "missing"), swept=True),
     **of_quantity("run_id", kind="word", swept=True),

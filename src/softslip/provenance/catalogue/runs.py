@@ -15,6 +15,7 @@ from typing import Any
 from softslip.config.fields import all_fields, extra
 from softslip.config.parameters import Parameters
 from softslip.config.stages import STAGES
+from softslip.config.sweep import labels_of
 from softslip.errors import DatasetError
 from softslip.files.labels import LABELS, text_attributes
 from softslip.files.layout import DATASET
@@ -234,9 +235,4 @@ def swept_parameters(
     named = [path for table in tables for path in table.get("axes", {})]
     known = [path for path in dict.fromkeys(named) if path in varied and path in fields]
     paths = [*known, *(path for path in fields if varied.get(path) == "" and path not in known)]
-    labels = {path: extra(fields[path], "label") or path.rpartition(".")[2] for path in paths}
-    shared = Counter(labels.values())
-    return {
-        str(label) if shared[label] == 1 else path.replace(".", "_"): path
-        for path, label in labels.items()
-    }
+    return {label: path for path, label in labels_of(paths).items()}

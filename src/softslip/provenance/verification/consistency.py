@@ -16,8 +16,9 @@ from softslip.config.fields import group
 from softslip.config.parameters import Parameters
 from softslip.config.scenario import Scenario
 from softslip.config.stages import STAGES, stage_ids, stage_paths
+from softslip.files.expected_results import expected_results
 from softslip.files.layout import DATASET, FIGURE
-from softslip.files.products import DATASETS, FITS, TABLES, expected_results, shows_one_run
+from softslip.files.products import DATASETS, FITS, TABLES, shows_one_run
 from softslip.messages import brief, file_text
 from softslip.provenance.archive import Archive, usual_place
 from softslip.provenance.attribution import UNKNOWN
