@@ -18,7 +18,7 @@ from softslip.cli.naming import is_scenario, not_there, refuse_second_folder, re
 from softslip.config.scenario import load_scenario
 from softslip.errors import ConfigError
 from softslip.files.storage import replacing, write_dataset
-from softslip.messages import brief, file_text, printable
+from softslip.messages import brief, counted, file_text, printable
 from softslip.provenance.attribution import Job
 from softslip.provenance.fingerprints import fingerprint
 
@@ -127,7 +127,7 @@ def _show(chosen: "Results", frame: Any, expression: str) -> None:
         table.add_row(*(Text(_text(value)[: SHORTENED.get(name)]) for name, value in pairs))
     console = Console(width=None if sys.stdout.isatty() else 160)
     console.print(table)
-    console.print(f"{len(frame)} {'run' if len(frame) == 1 else 'runs'}", highlight=False)
+    console.print(counted(len(frame), "run"), highlight=False)
 
 
 def _text(value: Any) -> str:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from softslip.errors import LockedError, StorageError
 from softslip.files.layout import CHECKPOINTS
+from softslip.messages import counted
 from softslip.operations.lock import claim, lock_path
 
 FINISHED = "its run is finished"
@@ -70,8 +71,7 @@ def remove(
         try:
             yield from _remove_of(results / stage, run, files)
         except LockedError as error:
-            count = "1 file" if len(files) == 1 else f"{len(files)} files"
-            say(f"kept {count} of {stage}: {error}")
+            say(f"kept {counted(len(files), 'file')} of {stage}: {error}")
 
 
 def _remove_of(folder: Path, run: str, files: list[Leftover]) -> Iterator[Leftover]:
