@@ -120,8 +120,8 @@ def test_runs_lists_every_run_and_ticks_the_finished(results: Path) -> None:
         (("gather", "flows", "demo", "--output", "x.nc"), 2, ("table", "flow_curve")),
         (("gather", "creep", "demo", "--results", "none", "--output", "x.nc"), 1, ("done",)),
         (("draw", "pie", "x.nc", "--output", "x.png"), 2, ("figure", "snapshot")),
-        (("draw", "fig4", "none.nc", "--output", "x.png"), 1, ("none.nc", "not there")),
-        (("fit", "none.nc", "--output", "x.nc"), 1, ("none.nc", "not there")),
+        (("draw", "fig4", "none.nc", "--output", "x.png"), 1, ("none.nc", "does not exist")),
+        (("fit", "none.nc", "--output", "x.nc"), 1, ("none.nc", "does not exist")),
     ],
 )
 def test_bad_calls_end_in_one_line(

@@ -155,7 +155,7 @@ def test_many_problems_are_cut_short_unless_all_are_asked_for(
     ("words", "status", "said"),
     [
         (["nothing"], 2, "ConfigError: target: "),
-        (["no.nc"], 1, "DatasetError: no.nc: is not there"),
+        (["no.nc"], 1, "DatasetError: no.nc: does not exist"),
         (["{fits}:yield"], 2, "ConfigError: variable: "),
         (["{fits}:yield_stress[roughness=2]"], 2, "it has 0, 0.59"),
         (["{fits}", "--graph", "graph.txt"], 2, "ConfigError: graph: "),

@@ -131,7 +131,7 @@ def test_a_sample_is_announced_with_its_seed_and_time(results: Path) -> None:
 def test_a_seed_that_was_not_given_can_be_used_again(results: Path) -> None:
     first = told(results, "--sample", "2")
     second = told(results, "--sample", "2", "--seed", str(first["seed"]))
-    assert first["executed_again"] == second["executed_again"]
+    assert first["recomputed"] == second["recomputed"]
     assert first["seed"] != told(results, "--sample", "1")["seed"]
 
 
@@ -154,7 +154,7 @@ def test_the_report_states_quantities_tolerances_and_reasons(results: Path) -> N
     edit(fits, {"provenance": provenance, "summary": "A forged one"})
     redigest(fits)
     found = told(results, "--full")
-    (again,) = (each for each in found["executed_again"] if each["file"] == "fits.nc")
+    (again,) = (each for each in found["recomputed"] if each["file"] == "fits.nc")
     assert (again["verdict"], again["made_differently"]) == ("differs", ["processor"])
     assert again["quantities"][0] == {
         "name": "summary (attribute)",

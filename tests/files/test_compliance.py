@@ -25,7 +25,8 @@ from softslip.analysis.fits import fit_laws
 from softslip.analysis.observables.tables import creep, flow_curve, profiles
 from softslip.config.fields import all_fields, extra
 from softslip.config.parameters import Parameters
-from softslip.files.conventions import DESCRIPTIONS, file_units
+from softslip.files.conventions import file_units
+from softslip.files.discovery import DESCRIPTIONS
 from softslip.files.storage import read_dataset, write_dataset
 from softslip.simulation import hydrodynamics
 from softslip.simulation.expansion import expand

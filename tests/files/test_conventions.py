@@ -6,16 +6,8 @@ import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
-from softslip.files.conventions import (
-    COMMON,
-    DESCRIPTIONS,
-    EARTHLY,
-    as_stored,
-    as_used,
-    discovery,
-    file_units,
-    without_discovery,
-)
+from softslip.files.conventions import EARTHLY, as_stored, as_used, file_units
+from softslip.files.discovery import COMMON, DESCRIPTIONS, discovery, without_discovery
 
 UNITS = st.sampled_from(
     [

@@ -64,7 +64,7 @@ def test_what_is_no_dataset_is_refused_in_one_line(
 
 
 def test_a_file_that_is_not_there_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(DatasetError, match="is not there, or no file"):
+    with pytest.raises(DatasetError, match="does not exist or is not a file"):
         text_attributes(tmp_path / "nothing.nc", ("stage",))
 
 

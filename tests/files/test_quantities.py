@@ -4,25 +4,33 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from softslip.files.dataset_check import SCHEMAS
 from softslip.files.faults import faults
-from softslip.files.quantities import FORMER_UNITS, QUANTITIES, described, unit_of
-from softslip.files.schema import SCHEMAS
+from softslip.files.quantities import (
+    FORMER_UNITS,
+    QUANTITIES,
+    dataset_quantity,
+    described,
+    unit_of,
+)
 
 
 @pytest.mark.parametrize("stage", SCHEMAS)
 def test_a_quantity_has_one_unit_in_all_schemas(stage):
     for name, variable in SCHEMAS[stage].variables.items():
-        if name.removesuffix("_error") in QUANTITIES:
-            assert variable.units == unit_of(name)
+        if found := dataset_quantity(name.removeprefix("pooled_")):
+            assert (variable.units or "") == found.unit, name
         else:
-            assert variable.units in (None, "1", "products of the parameters' units") or (
-                name.startswith("pooled_")
-            ), name
+            assert name.endswith(("_message", "_points", "_reduced_chi_square")), name
+            assert variable.units == "1", name
 
 
 def test_errors_have_the_unit_of_what_they_are_of_and_drifts_none():
     assert unit_of("slip_velocity_error") == unit_of("slip_velocity") == "length unit / time unit"
     assert unit_of("slip_velocity_drift") == "1"
+    assert dataset_quantity("slip_velocity_error").meaning == (
+        f"uncertainty of: {QUANTITIES['slip_velocity'].meaning}"
+    )
     with pytest.raises(KeyError):
         unit_of("speed_of_sound")
 
@@ -44,7 +52,7 @@ def test_files_with_a_former_spelling_are_read(former):
                 "area": ("particle", [1.0]),
                 "target_area": ("particle", [1.0]),
             },
-            coords={"axis": ("axis", ["x", "y"], {"long_name": "component of a vector"})},
+            coords={"axis": ["x", "y"]},
         )
     )
     assert not list(faults(dataset, schema))

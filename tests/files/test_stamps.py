@@ -134,7 +134,7 @@ def test_figures_of_others_have_no_labels(picture, tmp_path, suffix):
     with pytest.raises(DatasetError, match="no figure with labels"):
         read_labels(path)
     (tmp_path / "told.png").write_bytes(with_text(picture, {"Description": json.dumps({})}))
-    with pytest.raises(DatasetError, match="without labels"):
+    with pytest.raises(DatasetError, match="does not say what it was made from"):
         read_labels(tmp_path / "told.png")
     with pytest.raises(DatasetError, match="cannot be read"):
         read_labels(tmp_path / f"missing{suffix}")

@@ -8,7 +8,7 @@ import xarray as xr
 
 import softslip
 from softslip.errors import DatasetError, StorageError
-from softslip.files.conventions import discovery
+from softslip.files.discovery import discovery
 from softslip.files.storage import (
     CONTENT_DIGEST,
     RECORD_DIGEST,

@@ -484,7 +484,7 @@ def test_parts_are_left_over_after_a_day(scenario: Scenario, work: Work) -> None
             path.touch()
             os.utime(path, (time.time() - age,) * 2)
     old = {Path(name).name.replace(".part", "old.part") for name in names}
-    reason = "was begun and never completed"
+    reason = "was never completed"
     assert leftovers(scenario, work) == dict.fromkeys(old, reason)
     newest, _ = work.stop("shear", run)
     assert leftovers(scenario, work) == dict.fromkeys(old, reason), "it goes on without them"

@@ -26,7 +26,7 @@ from softslip.cli import app
 from softslip.config.scenario import load_scenario
 from softslip.config.stages import STAGES
 from softslip.errors import ConfigError, DatasetError, StorageError
-from softslip.files.products import expected_results
+from softslip.files.expected_results import expected_results
 from softslip.files.storage import read_dataset, write_dataset
 from softslip.provenance.crate import Credits, collect, files_of, write_archive, write_folder
 from softslip.provenance.crate.contents import crate_file
@@ -653,16 +653,16 @@ def test_the_preview_shows_a_description_as_text(contents):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--data", "move"], "ConfigError: data: 'move' is no way; use one of copy, link"),
+        (["--data", "move"], "ConfigError: data: 'move' is not known; use one of copy, link"),
         (["--data", "link", "--zip", "a.zip"], "data: 'link' is for a folder"),
         (["--zip", "a.tar"], "ConfigError: zip: 'a.tar' does not end in .zip"),
-        (["--zip", "config.zip"], "is there already and is no file"),
+        (["--zip", "config.zip"], "exists and is not a file"),
         (["--output", "config"], "ConfigError: output: 'config' is there already"),
-        (["--agent", " "], "ConfigError: agent: ' ' is no name"),
+        (["--agent", " "], "ConfigError: agent: ' ' is not a name"),
         (["--orcid", "0000-0002-1825-0097"], "is given without a name; give --agent too"),
-        (["--agent", "A", "--orcid", "0000-0002-1825-0098"], "is no ORCID iD"),
-        (["--agent", "A", "--orcid", "carberry"], "is no ORCID iD"),
-        (["--license", "mine"], "ConfigError: license: 'mine' is no address"),
+        (["--agent", "A", "--orcid", "0000-0002-1825-0098"], "is not an ORCID iD"),
+        (["--agent", "A", "--orcid", "carberry"], "is not an ORCID iD"),
+        (["--license", "mine"], "ConfigError: license: 'mine' is not a web address"),
         (["--results", "nowhere"], "DatasetError: nowhere: EVERY of EVERY results are missing"),
     ],
 )

@@ -315,11 +315,11 @@ def test_a_figure_without_numbers_is_refused(tmp_path):
         ("flow_curve.nc:shear_rate", "has no variable 'shear_rate'; did you mean shear_rate_"),
         ("flow_curve.nc:zzz", "it has "),
         ("flow_curve.nc:", "has no variable ''"),
-        ("nothing.nc", "is not there"),
+        ("nothing.nc", "does not exist"),
         ("nothing.png", "cannot be read"),
         ("notes.txt", "is no result"),
         ("figures", "is no result"),
-        ("nothing.nc:x", "is not there"),
+        ("nothing.nc:x", "does not exist"),
     ],
 )
 def test_what_cannot_be_exported_is_refused(desk, target, said):

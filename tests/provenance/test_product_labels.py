@@ -109,10 +109,10 @@ def test_tables_lie_at_the_top(tmp_path):
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("missing.nc", "not there"),
+        ("missing.nc", "does not exist"),
         ("notes.txt", "is no result; give a file that ends in .nc"),
         ("broken.nc", "cannot be read"),
-        ("folder.nc", "not there, or no file"),
+        ("folder.nc", "does not exist or is not a file"),
         ("broken.png", "no figure with labels"),
     ],
 )

@@ -5,7 +5,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from softslip.config.scenario import Scenario
-from softslip.files.products import FIGURES, expected_results, run_shown
+from softslip.files.expected_results import expected_results, run_shown
+from softslip.files.products import FIGURES
 
 ROOT = Path(__file__).parents[2]
 

@@ -21,7 +21,7 @@ from projects import TINY, drawings
 from softslip.cli import app
 from softslip.config.scenario import load_scenario
 from softslip.files import stamps
-from softslip.files.products import expected_results
+from softslip.files.expected_results import expected_results
 from softslip.files.seals import seal
 from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST, VOLATILE, digests
 from softslip.provenance.verification import survey

@@ -11,7 +11,8 @@ from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version
 
 from softslip.errors import ConfigError, SoftslipError
-from softslip.files.products import ANY_MORE, FIGURES, expected_results, run_shown
+from softslip.files.expected_results import expected_results, run_shown
+from softslip.files.products import ANY_MORE, FIGURES
 from softslip.provenance.fingerprints import fingerprint
 from softslip.operations.lock import run_lock
 from softslip.operations.leftovers import remove

@@ -6,7 +6,8 @@ from typing import Any
 
 import xarray as xr
 
-from softslip.config.paper_material import MATERIAL, departures, label_of
+from softslip.config.paper_material import MATERIAL, departures
+from softslip.config.sweep import label_of
 
 
 def unlike(dataset: xr.Dataset, at: Mapping[str, Any] | None = None) -> tuple[tuple[str, Any], ...]:

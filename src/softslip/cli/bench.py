@@ -56,7 +56,7 @@ def _bench_table(dataset: xr.Dataset) -> Table:
 
 
 def _show_bench(result: Mapping[str, Any], as_json: bool, output: Path | None) -> None:
-    """Print a benchmark's result, and write it if that is wanted."""
+    """Print a benchmark's result, and write it where a file is named."""
     from softslip.studies.bench import as_dataset
 
     dataset = as_dataset(result)

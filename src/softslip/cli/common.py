@@ -64,11 +64,11 @@ def check_output(path: Path, option: str = "output", endings: Sequence[str] = OU
     """
     inside = next(folder for folder in path.absolute().parents if os.path.lexists(folder))
     limits = {
-        "is no plain text": not str(path).isprintable(),
+        "is not plain text": not str(path).isprintable(),
         f"does not end in {_either(endings)}": path.suffix not in endings,
         "has too long a name": len(os.fsencode(path.name)) > LONGEST_NAME,
-        "is there already and is no file": os.path.lexists(path) and not os.path.isfile(path),
-        "lies in what is no folder": not inside.is_dir(),
+        "exists and is not a file": os.path.lexists(path) and not os.path.isfile(path),
+        "lies in something that is not a folder": not inside.is_dir(),
     }
     for limit, broken in limits.items():
         if broken:
@@ -99,7 +99,7 @@ def one_line_errors(command: Callable[..., None]) -> Callable[..., None]:
             print(_refused(error), file=sys.stderr)
             raise typer.Exit(FAILURE_EXIT) from error
         except MemoryError as error:
-            limit = "more memory is wanted than there is; run fewer at once, or a smaller sample"
+            limit = "more memory is needed than there is; run fewer at once, or a smaller sample"
             print(f"MemoryError: {limit}", file=sys.stderr)
             raise typer.Exit(FAILURE_EXIT) from error
 
@@ -160,6 +160,6 @@ def stage_run(stage: str, run: str, parameters: str) -> StageRun:
 
 
 def tell_choice(parameters: Parameters) -> None:
-    """Say on standard error which settings a wanted accuracy has picked."""
+    """Say on standard error which settings a target accuracy has picked."""
     if parameters.accuracy is not None:
         print(f"accuracy {parameters.accuracy:g}: {cheapest(parameters.accuracy)}", file=sys.stderr)

@@ -97,18 +97,23 @@ def _check_options(
         For the first of them.
     """
     if data not in WAYS:
-        raise ConfigError("data", brief(data), "is no way", f"use one of {', '.join(WAYS)}")
+        raise ConfigError(
+            "data",
+            brief(data),
+            "is not known",
+            f"use one of {', '.join(WAYS)}",
+        )
     if data == "link" and folder is None and archive is not None:
         raise ConfigError(
             "data", brief(data), "is for a folder, not for an archive", "give --output too"
         )
     if agent and not (agent.strip() and agent.isprintable()):
-        raise ConfigError("agent", brief(agent), "is no name", "write plain text")
+        raise ConfigError("agent", brief(agent), "is not a name", "write plain text")
     if licence and not _ADDRESS.fullmatch(licence):
         raise ConfigError(
             "license",
             brief(licence),
-            "is no address",
+            "is not a web address",
             "for example https://creativecommons.org/licenses/by/4.0/",
         )
 
@@ -126,7 +131,7 @@ def _orcid(orcid: str, agent: str) -> str:
     found = _ORCID.fullmatch(orcid)
     if found is None or _check_digit(found[1]) != found[1][-1]:
         raise ConfigError(
-            "orcid", brief(orcid), "is no ORCID iD", "for example 0000-0002-1825-0097"
+            "orcid", brief(orcid), "is not an ORCID iD", "for example 0000-0002-1825-0097"
         )
     if not agent:
         raise ConfigError("orcid", brief(orcid), "is given without a name", "give --agent too")

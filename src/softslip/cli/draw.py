@@ -12,8 +12,9 @@ from softslip.cli.common import Output, one_line_errors
 from softslip.cli.naming import file_named, is_scenario, scenario_of
 from softslip.config.scenario import load_scenario
 from softslip.errors import ConfigError
+from softslip.files.expected_results import run_shown
 from softslip.files.layout import DATASET, FIGURE
-from softslip.files.products import ANY_MORE, FIGURES, FITS, TABLES, run_shown
+from softslip.files.products import ANY_MORE, FIGURES, FITS, TABLES
 from softslip.files.storage import read_dataset
 from softslip.messages import brief
 from softslip.provenance.attribution import Job, parents_of

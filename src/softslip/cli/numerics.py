@@ -77,8 +77,8 @@ class _StudyPart:
     def _parameters(self, kind: str, name: str) -> str:
         """Return the part of the study that a dataset depends on, as JSON."""
         if kind == "validation":
-            wanted = self.study.validation[name]
-            return json.dumps({"case": wanted.case, "axes": dict(wanted.axes)})
+            chosen = self.study.validation[name]
+            return json.dumps({"case": chosen.case, "axes": dict(chosen.axes)})
         if kind == "elements":
             return json.dumps(dict(self.study.elements))
         designs = {"stability": self.study.stability, "tradeoff": self.study.tradeoff}
@@ -106,11 +106,11 @@ def validation(name: Name, output: Output, study: StudyName = "full") -> None:
     from softslip.studies.validation.sweeps import sweep
 
     job = _job(study)
-    wanted = job.study.validation[
+    chosen = job.study.validation[
         _one_of(name, list(job.study.validation), f"validation of {study}")
     ]
-    case = CASES[_one_of(wanted.case, list(CASES), "case")]
-    job.write(sweep(case, wanted.axes, tell=_tell), output, "validation", name)
+    case = CASES[_one_of(chosen.case, list(CASES), "case")]
+    job.write(sweep(case, chosen.axes, tell=_tell), output, "validation", name)
 
 
 @app.command()
@@ -168,10 +168,10 @@ def member(name: Name, scene: Scene, output: Output, study: StudyName = "full") 
 
     job = _job(study)
     members = members_of(job.study.tradeoff)
-    wanted = members[_one_of(name, list(members), f"member of {study}")]
+    chosen = members[_one_of(name, list(members), f"member of {study}")]
     start = read_dataset(scene, stage="scene")
     job.write(
-        measure_member(start, wanted, job.study.tradeoff, _tell), output, "member", name, [start]
+        measure_member(start, chosen, job.study.tradeoff, _tell), output, "member", name, [start]
     )
 
 
@@ -183,8 +183,8 @@ def steady(name: Name, output: Output, study: StudyName = "full") -> None:
 
     job = _job(study)
     cases = sheared_packings(job.study.tradeoff)
-    wanted = cases[_one_of(name, list(cases), f"long run of {study}")]
-    job.write(measure_steady(wanted, job.study.tradeoff, _tell), output, "steady", name)
+    chosen = cases[_one_of(name, list(cases), f"long run of {study}")]
+    job.write(measure_steady(chosen, job.study.tradeoff, _tell), output, "steady", name)
 
 
 @app.command()

@@ -18,7 +18,7 @@ from softslip.cli.naming import is_scenario, not_there, refuse_second_folder, re
 from softslip.config.scenario import load_scenario
 from softslip.errors import ConfigError
 from softslip.files.storage import replacing, write_dataset
-from softslip.messages import brief, file_text, printable
+from softslip.messages import brief, counted, file_text, printable
 from softslip.provenance.attribution import Job
 from softslip.provenance.fingerprints import fingerprint
 
@@ -73,8 +73,8 @@ def query(
     for sentence in found.unreadable:
         print(sentence, file=sys.stderr)
     chosen = found.query(expression) if expression.strip() else found
-    wanted = [name.strip() for name in columns.split(",")] if columns.strip() else []
-    frame = chosen.table(wanted)
+    named = [name.strip() for name in columns.split(",")] if columns.strip() else []
+    frame = chosen.table(named)
     if output is not None:
         name = source if is_scenario(source) else chosen.folder.name
         _gather(chosen, table, output, job, name)
@@ -82,8 +82,8 @@ def query(
         with replacing(csv) as temporary:
             frame.to_csv(temporary, index=False, lineterminator="\n")
     if as_json:
-        told = {"folder": str(chosen.folder), "query": expression, "runs": chosen.rows(wanted)}
-        print(json.dumps(told))
+        contents = {"folder": str(chosen.folder), "query": expression, "runs": chosen.rows(named)}
+        print(json.dumps(contents))
     elif csv is None and output is None:
         _show(chosen, frame, expression)
 
@@ -127,7 +127,7 @@ def _show(chosen: "Results", frame: Any, expression: str) -> None:
         table.add_row(*(Text(_text(value)[: SHORTENED.get(name)]) for name, value in pairs))
     console = Console(width=None if sys.stdout.isatty() else 160)
     console.print(table)
-    console.print(f"{len(frame)} {'run' if len(frame) == 1 else 'runs'}", highlight=False)
+    console.print(counted(len(frame), "run"), highlight=False)
 
 
 def _text(value: Any) -> str:

@@ -58,7 +58,7 @@ Resume = Annotated[
 
 
 def _stage_run(scenario: str, stage: str, run: str, parameters: str | None) -> StageRun:
-    """Return a run, and say which settings its wanted accuracy has picked."""
+    """Return a run, and say which settings its target accuracy has picked."""
     if parameters is None:
         row = find_run(load_scenario(scenario), stage, run)
     else:
@@ -82,7 +82,7 @@ class _Job:
     threads
         Threads at most.
     checkpoints
-        Where it can be taken up again, if it can.
+        What it can resume from, if anything.
     """
 
     row: StageRun

@@ -41,13 +41,14 @@ LONGEST_ERROR = 60
 
 Watch = Annotated[
     float | None,
-    typer.Option(min=0.1, metavar="SECONDS", help="Look again and again, until all are done."),
+    typer.Option(min=0.1, metavar="SECONDS", help="Refresh until all runs are done."),
 ]
 Every = Annotated[bool, typer.Option("--all", help="List every run, those that are done too.")]
 AllCheckpoints = Annotated[
     bool,
     typer.Option(
-        "--all", help="Remove those of interrupted and failed runs too, which then start afresh."
+        "--all",
+        help="Remove those of interrupted and failed runs too, which then start over.",
     ),
 ]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Only say what would be removed.")]
@@ -103,7 +104,7 @@ def _console() -> Console:
 
 
 def _watch(scenario: Scenario, folder: Path, every: bool, interval: float, remedy: str) -> None:
-    """Show the status again and again, until all runs are done or the user has seen enough."""
+    """Refresh the status until all runs are done or the user interrupts."""
     from softslip.operations.scenario_status import scenario_status
 
     console = _console()
@@ -143,7 +144,7 @@ def _summary(scenario: Scenario, found: "ScenarioStatus", remedy: str) -> list[R
         count = counted(len(found.stale), "stale checkpoint")
         lines.append(f"{count}, {size}; to remove them: {remedy}")
     if any(run.state == "interrupted" for run in found.runs):
-        lines.append("interrupted runs resume from their checkpoints; start the same command again")
+        lines.append("interrupted runs resume from their checkpoints; rerun the same command")
     # A command that is broken over two lines cannot be copied.
     unbroken = [Text(line, no_wrap=True, overflow="ignore") for line in lines]
     return [Text(f"{scenario.name}: {scenario.description}"), table, *unbroken]
@@ -155,7 +156,7 @@ def _runs_table(
     """Return a table with a row for each run of a stage that is not done, or for all, if any.
 
     Those that run come first. There are no more rows than asked for, and of the missing ones only
-    the first, unless all are wanted.
+    the first, unless all are asked for.
     """
     shown = [run for run in found.runs if every or run.state != "done"]
     shown.sort(key=lambda run: ORDER.index(run.state))

@@ -87,9 +87,9 @@ def _draw(found: "Trace", path: Path) -> None:
         "parameters": {"target": str(found.target)},
         "parents": [{"stage": root.stage, "run": root.run, CONTENT_DIGEST: root.id}],
     }
-    told = job.provenance(fingerprint=fingerprint("draw"))
+    origin = job.provenance(fingerprint=fingerprint("draw"))
     record = "" if root.product is None else root.product.record
-    figures.save_figure(figure, path, labels, told | {"parent_records": [record]})
+    figures.save_figure(figure, path, labels, origin | {"parent_records": [record]})
 
 
 def _as_mapping(found: "Trace") -> dict[str, Any]:

@@ -96,24 +96,24 @@ def _sources(found: "Trace") -> str:
 
     runs = sum(node.stage == LAST for node in found.nodes)
     known = runs or found.parts is not None
-    told = counted(runs, f"{LAST} run") if known else counted(len(found.nodes) - 1, "file")
+    basis = counted(runs, f"{LAST} run") if known else counted(len(found.nodes) - 1, "file")
     used: dict[str, set[str]] = {}
     for part in found.parts or ():
         if part.of and not part.left_out:
             used.setdefault(part.of, set()).add(part.run)
     if used:
-        told += f" ({', '.join(f'{name} of {len(each)}' for name, each in used.items())})"
-    return told
+        basis += f" ({', '.join(f'{name} of {len(each)}' for name, each in used.items())})"
+    return basis
 
 
 def _left_out(found: "Trace") -> Iterator[str]:
     """Yield how many runs of a table have not entered, by reason."""
     reasons = Counter((part.of, part.left_out) for part in found.parts or () if part.left_out)
     if reasons:
-        told = [
+        parts = [
             f"{count} {name} {why}".replace("  ", " ") for (name, why), count in reasons.items()
         ]
-        yield f"left out: {', '.join(told)}"
+        yield f"left out: {', '.join(parts)}"
 
 
 def _seeds(origin: "JointProvenance") -> str:
@@ -124,8 +124,8 @@ def _seeds(origin: "JointProvenance") -> str:
             rows[-1][1] = seed
         else:
             rows.append([seed, seed])
-    told = ", ".join(f"{low}" if low == high else f"{low}-{high}" for low, high in rows)
-    return f", {'seeds' if len(origin.seeds) > 1 else 'seed'} {told}" if told else ""
+    ranges = ", ".join(f"{low}" if low == high else f"{low}-{high}" for low, high in rows)
+    return f", {'seeds' if len(origin.seeds) > 1 else 'seed'} {ranges}" if ranges else ""
 
 
 def _facts(origin: "JointProvenance") -> Iterator[str]:
@@ -156,9 +156,9 @@ def _own_facts(found: "Trace", nodes: Sequence["Node"]) -> str:
 
     whole = joint_provenance(found.products)
     own = joint_provenance(node.product for node in nodes if node.product is not None)
-    told = [listed(own.commits)] if len(whole.commits) > 1 else []
-    told += [listed(own.hosts)] if len(whole.hosts) > 1 else []
-    return "; ".join([*told, f"code {listed(own.fingerprints)}", *_work(own)])
+    parts = [listed(own.commits)] if len(whole.commits) > 1 else []
+    parts += [listed(own.hosts)] if len(whole.hosts) > 1 else []
+    return "; ".join([*parts, f"code {listed(own.fingerprints)}", *_work(own)])
 
 
 def _tree(found: "Trace", every: bool) -> Tree:
@@ -186,8 +186,8 @@ def _tree(found: "Trace", every: bool) -> Tree:
 
 def _reason(part: "Part") -> str:
     """Return where a cell is, which run it is of, and why it was left out."""
-    told = " ".join(filter(None, (part.of, part.left_out)))
-    return "  ".join(filter(None, (_at(part.coordinates), part.run, told)))
+    remarks = " ".join(filter(None, (part.of, part.left_out)))
+    return "  ".join(filter(None, (_at(part.coordinates), part.run, remarks)))
 
 
 def _headline(found: "Trace", group: "Group") -> str:

@@ -1,4 +1,4 @@
-"""`softslip verify`: whether results are what they say, and come out again."""
+"""`softslip verify`: whether results are what they say, and whether reruns repeat them."""
 
 import json
 import secrets
@@ -41,15 +41,13 @@ Stretch = Annotated[
 ]
 Seed = Annotated[
     int | None,
-    typer.Option(min=0, help="Number that the sample follows from; another each time by default."),
+    typer.Option(min=0, help="Seed of the random sample; a new one each time by default."),
 ]
 Report = Annotated[
     Path | None, typer.Option(metavar="FILE.json", help="Write all that was found to this file.")
 ]
 Every = Annotated[bool, typer.Option("--all", help="List sound files and all remarks too.")]
-Complete = Annotated[
-    bool, typer.Option("--complete", help="Take products that are missing for problems too.")
-]
+Complete = Annotated[bool, typer.Option("--complete", help="Count missing products as problems.")]
 
 MOST_NAMED = 10
 """Missing products that are named without --all."""
@@ -89,11 +87,11 @@ def verify(
     outcomes = _recomputed(reruns, scenario, folder, seed if sample else None)
     problems = len(found.problems) + sum(bool(each.problem) for each in outcomes)
     problems += len(found.missing) if complete else 0
-    told = {
+    contents = {
         "verdict": "problem" if problems else "sound",
         **found.as_mapping(),
         "seed": seed if sample else None,
-        "executed_again": [each.as_mapping() for each in outcomes],
+        "recomputed": [each.as_mapping() for each in outcomes],
         "times": {
             "started": f"{started:%Y-%m-%dT%H:%M:%SZ}",
             "seconds": round(time.monotonic() - clock, 3),
@@ -101,9 +99,9 @@ def verify(
     }
     if report is not None:
         with replacing(report) as temporary:
-            temporary.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+            temporary.write_text(json.dumps(contents, indent=1) + "\n", encoding="utf-8")
     if as_json:
-        print(json.dumps(told))
+        print(json.dumps(contents))
     else:
         _show(found, outcomes, every)
     if problems:
@@ -180,14 +178,14 @@ def _bar(what: str) -> "Iterator[Any]":
 def _show(found: "Verification", outcomes: "list[RerunOutcome]", every: bool) -> None:
     """Print a table, problems first, what is missing, and how many there are of each."""
     console = Console(width=None if sys.stdout.isatty() else 160)
-    again = {each.rerun.name: each for each in outcomes}
-    rows = sorted(found.verdicts, key=lambda each: _rank(each, again.get(each.name)))
+    outcome_of = {each.rerun.name: each for each in outcomes}
+    rows = sorted(found.verdicts, key=lambda each: _rank(each, outcome_of.get(each.name)))
     table = Table("file", "verdict")
     if outcomes:
         table.add_column("recomputed")
     table.add_column("remarks")
     for verdict in rows:
-        outcome = again.get(verdict.name)
+        outcome = outcome_of.get(verdict.name)
         if every or outcome or _rank(verdict, outcome) < 2:
             table.add_row(*_cells(found.folder, verdict, outcome, bool(outcomes)))
     if table.row_count:
@@ -226,7 +224,7 @@ def _summary(found: "Verification", outcomes: "list[RerunOutcome]") -> str:
     wrong = {each.name for each in verdicts if each.problems}
     wrong |= {each.rerun.name for each in outcomes if each.problem}
     words = [
-        f"{len(verdicts)} files",
+        counted(len(verdicts), "file"),
         f"{len(wrong)} with problems",
         f"{len(found.missing)} missing",
         f"{sum(each.foreign for each in verdicts)} not of this scenario",

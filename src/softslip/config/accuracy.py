@@ -1,4 +1,4 @@
-"""From a wanted accuracy to settings: the cheapest ones whose measured error is small enough.
+"""From a target accuracy to settings: the cheapest ones whose measured error is small enough.
 
 The rows come from the trade-off dataset, see docs/accuracy.md; `softslip numerics choices`
 replaces them.
@@ -55,12 +55,12 @@ def measured_choices() -> tuple[Choice, ...]:
     return tuple(Choice(**row) for row in json.loads(text)["rows"])
 
 
-def cheapest(wanted: float, choices: Sequence[Choice] | None = None) -> Choice:
-    """Return the cheapest settings that meet a wanted relative error.
+def cheapest(target: float, choices: Sequence[Choice] | None = None) -> Choice:
+    """Return the cheapest settings that meet a target relative error.
 
     Parameters
     ----------
-    wanted
+    target
         Largest acceptable error.
     choices
         Rows to choose from; those of this version by default.
@@ -71,12 +71,12 @@ def cheapest(wanted: float, choices: Sequence[Choice] | None = None) -> Choice:
         When no row has so small an error.
     """
     rows = measured_choices() if choices is None else choices
-    good = [row for row in rows if row.error <= wanted]
+    good = [row for row in rows if row.error <= target]
     if not good:
         least = min(row.error for row in rows)
         raise ConfigError(
             "accuracy",
-            wanted,
+            target,
             f"is below {least:.2g}, the smallest error that was measured",
             f"use at least {least:.2g}, or settings of your own (see docs/accuracy.md)",
         )

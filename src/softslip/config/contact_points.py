@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from softslip.config.sections import Tree
 from softslip.errors import ConfigError
 from softslip.solver.films import contact_strength, film_under
@@ -31,22 +33,12 @@ def points_in_range(parameters: Tree, refinement: int) -> float:
     return 2.0 * math.sqrt(steric.length**2 - film**2) / apart
 
 
-def check_contacts(parameters: Tree) -> None:
-    """Raise when contact points are too far apart for the films that they hold open.
+def _check_points(parameters: Tree) -> None:
+    """Refuse contact points that are too far apart for the films that they hold open.
 
     A stiff contact holds membranes apart at nearly its range, where a point touches few others:
     fewer than `FEWEST_POINTS`, and membranes interlock like gears instead of sliding, without any
     other sign. Scenes with 0.9 of a point sheared up to 8 % too slowly, with 1.2 right to 0.3 %.
-
-    Parameters
-    ----------
-    parameters
-        Of the run.
-
-    Raises
-    ------
-    ConfigError
-        Naming ``steric.refinement`` and how many points would do.
     """
     steric = parameters.steric
     if steric.energy == 0 or parameters.suspension.area_fraction == 0:
@@ -63,3 +55,32 @@ def check_contacts(parameters: Tree) -> None:
         f"use at least {needed}, a smaller hydrodynamics.node_spacing, or a steric.energy below "
         f"{steric.energy:g}",
     )
+
+
+def check_films(parameters: Tree) -> None:
+    """Check the films between membranes, and whether contact points are close enough for them.
+
+    Parameters
+    ----------
+    parameters
+        Of the run.
+
+    Raises
+    ------
+    ConfigError
+        Naming ``steric.refinement`` and how many points would do, or ``steric.energy`` for
+        materials so far from any real one that their films have no number.
+    """
+    try:
+        with np.errstate(divide="raise", over="raise", invalid="raise"):
+            _check_points(parameters)
+    except (ArithmeticError, ValueError):
+        steric = parameters.steric
+        raise ConfigError(
+            "steric.energy",
+            steric.energy,
+            f"makes no film that can be computed at steric.length {steric.length:g}, "
+            f"membrane.elastic_constant {parameters.membrane.elastic_constant:g} and "
+            f"hydrodynamics.node_spacing {parameters.hydrodynamics.node_spacing:g}",
+            "use values nearer to the defaults",
+        ) from None

@@ -52,7 +52,7 @@ LEVELS: Mapping[str, Settings] = {
 """The settings of each level, set from the table in docs/accuracy.md."""
 
 CHOSEN_FROM = "standard"
-"""Level whose settings a wanted accuracy starts from; what it chooses replaces some of them."""
+"""Level whose settings a target accuracy starts from; what it chooses replaces some of them."""
 
 
 def with_level(tree: Mapping[str, Any]) -> dict[str, Any]:

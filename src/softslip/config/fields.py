@@ -6,7 +6,7 @@ pydantic models.
 
 import difflib
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, get_args
 
 from pydantic import BaseModel, Field
@@ -60,7 +60,7 @@ def group(field: FieldInfo) -> type[BaseModel] | None:
 
 
 def extra(field: FieldInfo, key: str) -> Any:
-    """Return what `quantity` was told about a field: its symbol, unit, paper or label."""
+    """Return what `quantity` says of a field: its symbol, unit, paper or label."""
     return field.json_schema_extra.get(key) if isinstance(field.json_schema_extra, dict) else None
 
 
@@ -84,6 +84,19 @@ def value_at(tree: BaseModel, path: str) -> Any:
     return value
 
 
+def _innermost(root: type[BaseModel], sections: Sequence[str]) -> tuple[type[BaseModel], list[str]]:
+    """Follow the names of groups as far as there are such; return the last and their names."""
+    model, entered = root, list[str]()
+    for section in sections:
+        field = model.model_fields.get(section)
+        inside = field and group(field)
+        if inside is None:
+            break
+        model = inside
+        entered.append(section)
+    return model, entered
+
+
 def owner(root: type[BaseModel], path: str, value: object = NOTHING) -> tuple[type[BaseModel], str]:
     """Return the model and the name of the field that a dotted path names.
 
@@ -101,14 +114,9 @@ def owner(root: type[BaseModel], path: str, value: object = NOTHING) -> tuple[ty
     ConfigError
         When there is no such field, or when it is a group of fields.
     """
-    model = root
     *sections, name = path.split(".")
-    for section in sections:
-        inside = group(model.model_fields[section]) if section in model.model_fields else None
-        if inside is None:
-            raise unknown(root, path, value)
-        model = inside
-    if name not in model.model_fields:
+    model, entered = _innermost(root, sections)
+    if entered != sections or name not in model.model_fields:
         raise unknown(root, path, value)
     inside = group(model.model_fields[name])
     if inside is not None:
@@ -124,19 +132,14 @@ def owner(root: type[BaseModel], path: str, value: object = NOTHING) -> tuple[ty
 
 def unknown(root: type[BaseModel], path: str, value: object) -> ConfigError:
     """Return the error about a path that does not exist, with the nearest one that does."""
-    model, inside = root, ""
-    for section in path.split(".")[:-1]:
-        deeper = group(model.model_fields[section]) if section in model.model_fields else None
-        if deeper is None:
-            break
-        model, inside = deeper, f"{inside}.{section}".removeprefix(".")
+    model, entered = _innermost(root, path.split(".")[:-1])
     known = list(all_fields(root))
     leaf = path.rpartition(".")[2]
     by_leaf = {name.rpartition(".")[2]: name for name in reversed(known)}
     near = difflib.get_close_matches(path, known, n=1, cutoff=0.75)
     near = near or [by_leaf[name] for name in difflib.get_close_matches(leaf, by_leaf, n=1)]
     near = near or difflib.get_close_matches(path, root.model_fields, n=1)
-    place = f"of {inside}" if inside else "at the top"
+    place = f"of {'.'.join(entered)}" if entered else "at the top"
     return ConfigError(
         key_text(path),
         brief(value),
@@ -169,22 +172,13 @@ def refusal(root: type[BaseModel], detail: ErrorDetails) -> ConfigError:
         )
     path = path_of(part for part in location if isinstance(part, str))
     if kind == "model_type":
-        model = _group_at(root, path)
+        model, _ = _innermost(root, path.split("."))
         names = ", ".join(model.model_fields)
         limit, remedy = "must be a group of keys", f"its keys are {names}"
     else:
         field = all_fields(root)[path]
         limit, remedy = _limit(detail), _remedy(field, kind, value)
     return ConfigError(path_of(location) or "top", brief(value), limit, remedy)
-
-
-def _group_at(root: type[BaseModel], path: str) -> type[BaseModel]:
-    model = root
-    for section in filter(None, path.split(".")):
-        inside = group(model.model_fields[section])
-        assert inside is not None
-        model = inside
-    return model
 
 
 def _limit(detail: ErrorDetails) -> str:
@@ -230,11 +224,11 @@ def _remedy(field: FieldInfo, kind: str, value: object) -> str:
     example, source = (field.default, "the default") if paper is None else (paper, "as the paper")
     if kind == "literal_error":
         return f"for example {brief(example)}, {source}"
-    # A full stop ends the first sentence only before a capital: "Eq. 25" goes on.
+    # A full stop ends the first sentence only before a capital: not in "Eq. 25".
     described = re.split(r"\. (?=[A-Z])", field.description or "")[0].rstrip(".")
     allowed = bounds(field)
-    wanted = f"use a value {allowed}, such as" if allowed else "for example"
-    return f"{wanted} {brief(example)}, {source} ({described})"
+    advice = f"use a value {allowed}, such as" if allowed else "for example"
+    return f"{advice} {brief(example)}, {source} ({described})"
 
 
 def _is_number(text: str) -> bool:

@@ -43,8 +43,3 @@ def departures(values: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
         value = values.get(path, known)
         if not math.isclose(value, known, rel_tol=ROUNDING):
             yield path, value
-
-
-def label_of(path: str) -> str:
-    """Return the name of the dimension of a dataset that a parameter becomes when it is swept."""
-    return str(extra(all_fields(Parameters)[path], "label") or path.rpartition(".")[2])

@@ -3,7 +3,6 @@
 import json
 import math
 import re
-from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -11,10 +10,10 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from softslip.config.fields import extra
-from softslip.config.parameters import Parameters, check_fields, check_value, field_at
+from softslip.config.parameters import Parameters, check_fields
 from softslip.config.reading import in_file, read_mapping, relocated
 from softslip.config.stages import STAGES, position, stage_ids
+from softslip.config.sweep import Axis, axes_of, combined
 from softslip.errors import ConfigError
 from softslip.messages import brief, key_text
 
@@ -22,32 +21,10 @@ MOST_RUNS = 10_000
 """More runs than this are taken for a typo in an axis; each command checks them all,
 which takes some seconds for so many."""
 
-LONGEST_NOTE = 200
-"""Length above which a message shortens the list of swept values."""
-
 FOLDER = Path("config")
 """Folder of the named scenarios, below the current directory."""
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
-
-
-@dataclass(frozen=True)
-class Axis:
-    """One swept parameter.
-
-    Attributes
-    ----------
-    path
-        Dotted parameter path, such as ``wall.roughness``.
-    label
-        Name of the dataset dimension.
-    values
-        What the parameter takes in turn, numbers or text, in the order of the file.
-    """
-
-    path: str
-    label: str
-    values: tuple[Any, ...]
 
 
 @dataclass(frozen=True)
@@ -140,7 +117,7 @@ class Scenario:
 
     def _expand(self) -> Iterator[SweepPoint]:
         for values in product(*(axis.values for axis in self.axes)):
-            parameters = _combined(self.tree, self.axes, values)
+            parameters = combined(self.tree, self.axes, values)
             coordinates = {axis.label: value for axis, value in zip(self.axes, values, strict=True)}
             yield SweepPoint(parameters, coordinates, stage_ids(parameters))
 
@@ -232,20 +209,20 @@ def _scenario(file: Path, tree: Mapping[Any, Any]) -> Scenario:
         )
     sentence = " ".join(description.split())
     if not sentence.isprintable():
-        limit, remedy = "has signs that cannot be shown", "write plain text"
+        limit, remedy = "has characters that cannot be printed", "write plain text"
         raise ConfigError("description", brief(description), limit, remedy)
     base = _mapping(tree, "base")
     try:
         check_fields(base)
     except ConfigError as error:
         raise relocated(error, f"base.{error.key}") from None
-    axes = _axes(_mapping(tree, "axes"))
+    axes = axes_of(_mapping(tree, "axes"))
     count = math.prod(len(axis.values) for axis in axes)
     if count > MOST_RUNS:
         raise ConfigError(
             "axes", count, f"runs are more than {MOST_RUNS}", "shorten an axis or leave one out"
         )
-    first = _combined(base, axes, tuple(axis.values[0] for axis in axes))
+    first = combined(base, axes, tuple(axis.values[0] for axis in axes))
     scenario = Scenario(file.stem, sentence, base, first, axes, file)
     scenario.runs()
     return scenario
@@ -261,93 +238,3 @@ def _mapping(tree: Mapping[Any, Any], key: str) -> dict[Any, Any]:
             key, brief(value), "is not a mapping", "write 'key: value' lines under it"
         )
     return value
-
-
-def _axes(tree: Mapping[Any, Any]) -> tuple[Axis, ...]:
-    checked = {path: _axis_values(path, values) for path, values in tree.items()}
-    labels = {path: _label(path) for path in checked}
-    shared = Counter(labels.values())
-    return tuple(
-        Axis(path, label if shared[label] == 1 else path.replace(".", "_"), checked[path])
-        for path, label in labels.items()
-    )
-
-
-def _label(path: str) -> str:
-    model, name = field_at(path)
-    return str(extra(model.model_fields[name], "label") or name)
-
-
-def _axis_values(path: object, values: object) -> tuple[Any, ...]:
-    """Return an axis's values as the parameter tree holds them.
-
-    Raises
-    ------
-    ConfigError
-        When the path names no single parameter, or the values are no list of different ones.
-    """
-    if not isinstance(path, str):
-        raise ConfigError(
-            f"axes.{key_text(path)}",
-            brief(values),
-            "is given for a key that is not plain text",
-            "name a parameter path, such as wall.roughness",
-        )
-    key = f"axes.{key_text(path)}"
-    try:
-        field_at(path, values)
-    except ConfigError as error:
-        raise relocated(error, key) from None
-    if not isinstance(values, list) or not values:
-        limit = "is an empty axis" if isinstance(values, list) else "is not a list"
-        raise ConfigError(key, brief(values), limit, "list the values in brackets, such as [1, 2]")
-    held: list[Any] = []
-    for index, value in enumerate(values):
-        try:
-            one = check_value(path, value)
-        except ConfigError as error:
-            raise relocated(error, f"{key}[{index}]") from None
-        if one is None or isinstance(one, tuple):
-            raise ConfigError(
-                f"{key}[{index}]",
-                brief(value),
-                "cannot label a dataset, which only a number or a word can",
-                "leave it to base",
-            )
-        if one in held:
-            raise ConfigError(
-                f"{key}[{index}]",
-                brief(value),
-                f"is in the list already, at [{held.index(one)}]",
-                "list each value once",
-            )
-        held.append(one)
-    return tuple(held)
-
-
-def _combined(
-    base: Mapping[str, Any], axes: tuple[Axis, ...], values: tuple[Any, ...]
-) -> Parameters:
-    """Return the parameters of one combination of the axes' values.
-
-    Raises
-    ------
-    ConfigError
-        With the key as the scenario file has it and the combination in brackets.
-    """
-    tree = dict(base)
-    point = {axis.path: value for axis, value in zip(axes, values, strict=True)}
-    for path, value in point.items():
-        section, _, name = path.partition(".")
-        tree[section] = {**dict(tree.get(section, {})), name: value} if name else value
-    try:
-        return Parameters.from_mapping(tree)
-    except ConfigError as error:
-        key = f"base.{error.key}"
-        for axis in axes:
-            if error.key == axis.path:
-                key = f"axes.{axis.path}[{axis.values.index(point[axis.path])}]"
-        combination = ", ".join(f"{path} = {brief(value)}" for path, value in point.items())
-        if len(combination) > LONGEST_NOTE:
-            combination = f"{combination[: LONGEST_NOTE - 3]}..."
-        raise relocated(error, key, f"in the run with {combination}" if point else "") from None

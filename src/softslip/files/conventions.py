@@ -1,4 +1,4 @@
-"""How datasets stand in files: the conventions CF-1.11 and ACDD-1.3.
+"""How datasets stand in files: the conventions CF-1.11.
 
 The software speaks of quantities in the units of the model, of places along a dimension by words,
 and of time since a stage began. In a file that others read, units are those of UDUNITS, only
@@ -7,13 +7,10 @@ turns what is in memory into what a file has, and `as_used` turns it back, to th
 """
 
 from collections.abc import Hashable, Iterable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import xarray as xr
-
-from softslip.files.products import DATASETS
 
 CONVENTIONS = "CF-1.11, ACDD-1.3"
 
@@ -72,9 +69,6 @@ def file_units(units: str) -> str:
 
 def _of_the_model(units: str) -> bool:
     return any(word in units for word in MODEL_WORDS)
-
-
-# --- variables --------------------------------------------------------------------------------
 
 
 def as_stored(dataset: xr.Dataset) -> xr.Dataset:
@@ -209,126 +203,3 @@ def _content_type(stored: xr.Dataset, name: Hashable, units: Any) -> str:
     if {units, str(units).partition(" / ")[0]} & set(MEASURED_UNITS):
         return "physicalMeasurement"
     return "modelResult"
-
-
-# --- the whole --------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Description:
-    """What the datasets of one stage are.
-
-    Attributes
-    ----------
-    summary
-        One or two sentences for people who look for data.
-    level
-        How far the data have come from the simulation.
-    """
-
-    summary: str
-    level: str
-
-
-OUTPUT, TEST = "output of a simulation", "test of the software"
-
-DESCRIPTIONS: Mapping[str, Description] = {
-    "packing": Description(
-        "Centres and radii of soft discs that were packed without overlap between the two walls "
-        "of a channel.",
-        OUTPUT,
-    ),
-    "expansion": Description(
-        "Nodes of the elastic membranes of soft particles that were grown between two walls to "
-        "the wanted area fraction.",
-        OUTPUT,
-    ),
-    "ageing": Description(
-        "State of a dense suspension of soft particles after a time at rest between two walls: "
-        "membranes, walls and the tractions that hold them.",
-        OUTPUT,
-    ),
-    "shear": Description(
-        "Shear rates, slip velocities, velocity profiles and snapshots of a dense suspension of "
-        "soft particles under stress between two walls, as means over intervals of time.",
-        OUTPUT,
-    ),
-    **{entry.name: Description(entry.summary, entry.level) for entry in DATASETS.values()},
-    "bench": Description(
-        "Computing time, memory and accuracy of numerical schemes side by side.", TEST
-    ),
-    "elements": Description("Computing time of each element of a simulated scene.", TEST),
-    "validation": Description("Solutions of a flow against what is known of it.", TEST),
-    "stability": Description(
-        "Which simulations at one kind of extreme stay right, stop or fail.", TEST
-    ),
-    "stability_map": Description("Which simulations at extremes stay right, stop or fail.", TEST),
-    "limits": Description("Longest stable time steps of the integrators beside theory.", TEST),
-    "scene": Description(
-        "Sheared packings that numerical schemes of the trade-off of speed against accuracy "
-        "start from.",
-        TEST,
-    ),
-    "member": Description("Flow and cost of one numerical scheme of the trade-off.", TEST),
-    "steady": Description("Long runs of one packing at several lengths of regularisation.", TEST),
-    "tradeoff": Description(
-        "Errors and costs of numerical schemes, and the limit that they tend to.", TEST
-    ),
-}
-"""What the datasets of each stage are."""
-
-OTHER = Description("Result of a simulation of a dense suspension of soft particles.", OUTPUT)
-"""What the datasets of any further stage are."""
-
-COMMENT = (
-    "A channel in the scaled units of the paper, not a place on Earth: what is in a unit of the "
-    f"model, named in the attribute {MODEL_UNITS}, has units of 1. The length unit is the height "
-    "of the paper's periodic box, the stress unit the modulus of its membranes, and the time unit "
-    "the viscosity of its solvent over the stress unit."
-)
-"""What the units in files mean."""
-
-COMMON: Mapping[str, str] = {
-    "keywords": "wall slip, yield stress, soft particle suspension, rheology, "
-    "immersed boundary method, Stokes flow",
-    "comment": COMMENT,
-    "acknowledgement": "The model is that of the paper among the references.",
-    "license": "MIT License",
-    "creator_name": "The softslip developers",
-    "creator_type": "group",
-    "project": "softslip",
-}
-"""Attributes of ACDD that all files share."""
-
-
-def discovery(stage: str, run: str) -> dict[str, str]:
-    """Return the attributes of ACDD-1.3 that follow from what a dataset is of.
-
-    Only files have them, see `without_discovery`.
-
-    Parameters
-    ----------
-    stage, run
-        Which stage and which run it is the result of.
-    """
-    description = DESCRIPTIONS.get(stage, OTHER)
-    return {
-        **COMMON,
-        "id": ".".join(["softslip", stage, *run.split()]),
-        "summary": description.summary,
-        "processing_level": description.level,
-    }
-
-
-def without_discovery(attributes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a dataset's attributes without those that `discovery` gave it.
-
-    What a dataset says of itself under the same name, as a validation does in ``summary``, stays.
-
-    Parameters
-    ----------
-    attributes
-        As a file has them.
-    """
-    given = discovery(str(attributes.get("stage", "")), str(attributes.get("run", "")))
-    return {key: value for key, value in attributes.items() if given.get(key) != str(value)}

@@ -4,18 +4,16 @@ The checks look at names, dimensions, types, units, sizes and values, and recomp
 """
 
 import json
-from collections.abc import Callable, Hashable, Iterator, Mapping
-from dataclasses import dataclass, field
-from typing import Any, Literal
+from collections.abc import Hashable, Iterator, Mapping
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from softslip.files.quantities import FORMER_UNITS
+from softslip.files.schema import Kind, Schema, Variable
 from softslip.messages import Verbatim, brief
-
-Kind = Literal["number", "count", "flag", "word"]
 
 TYPES: Mapping[Kind, np.dtype[Any]] = {
     "number": np.dtype(np.float64),
@@ -26,85 +24,6 @@ TYPES: Mapping[Kind, np.dtype[Any]] = {
 
 KINDS: Mapping[str, Kind] = {"f": "number", "i": "count"}
 """Kind of swept values by the kind of their type; all others are words."""
-
-Rule = Callable[[xr.Dataset], str | None]
-"""Returns what is wrong with a dataset whose variables are right one by one, if anything is."""
-
-
-@dataclass(frozen=True)
-class Variable:
-    """What one variable must look like.
-
-    Attributes
-    ----------
-    dims
-        Its dimensions in their order; after those of the sweep, where it is ``swept``.
-    units
-        Its attribute ``units``; None for a label, which carries none.
-    kind
-        float64, int64, truth values or words.
-    unknown
-        Whether values may be NaN.
-    infinite
-        Whether values may be infinite.
-    least, above
-        Values that are known are at least one of these and above the other.
-    increasing
-        Whether each value must exceed the one before it.
-    words
-        The words in their order, for a label; the words that may occur, for any other variable.
-    swept
-        Whether the dimensions of the sweep come before its own.
-    pooled
-        Dimensions of the sweep that it has not.
-    known_where
-        A variable of words and a beginning: where its word begins so, values must be known.
-    group
-        Variables of one group are there together or not at all; None if it must be there.
-    """
-
-    dims: tuple[str, ...]
-    units: str | None
-    kind: Kind = "number"
-    unknown: bool = False
-    infinite: bool = False
-    least: float = -np.inf
-    above: float = -np.inf
-    increasing: bool = False
-    words: tuple[str, ...] = ()
-    swept: bool = False
-    pooled: tuple[str, ...] = ()
-    known_where: tuple[str, str] | None = None
-    group: str | None = None
-
-
-@dataclass(frozen=True)
-class Schema:
-    """What the datasets of one stage must look like.
-
-    Attributes
-    ----------
-    remedy
-        What to do to get a dataset of this stage again.
-    variables
-        What each variable must look like, by name.
-    groups
-        The parameter without which a group of variables is absent, by the group's name.
-    sweep
-        The variable whose leading dimensions are those of the sweep; None where nothing is swept.
-    shared
-        Units of the parameters that are a coordinate where all runs share their value.
-    rules
-        What must hold between variables.
-    """
-
-    remedy: str
-    variables: Mapping[str, Variable]
-    groups: Mapping[str, str] = field(default_factory=dict)
-    sweep: str | None = None
-    shared: Mapping[str, str] = field(default_factory=dict)
-    rules: tuple[Rule, ...] = ()
-
 
 SIZES: Mapping[str, int] = {"axis": 2, "wall": 2, "parameter": 3, "other_parameter": 3}
 """Sizes of the dimensions that always have the same."""
@@ -132,21 +51,21 @@ def faults(dataset: xr.Dataset, schema: Schema) -> Iterator[str]:
     schema
         What it must look like.
     """
-    wanted = dict(schema.variables)
+    expected = dict(schema.variables)
     for group, path in schema.groups.items():
-        members = [name for name, variable in wanted.items() if variable.group == group]
+        members = [name for name, variable in expected.items() if variable.group == group]
         if not any(name in dataset.variables for name in members):
             yield from _parameter_faults(dataset, path)
-            if not _is_wanted(dataset, path):
-                wanted = {name: each for name, each in wanted.items() if name not in members}
-    for name in wanted:
+            if not _is_asked_for(dataset, path):
+                expected = {name: each for name, each in expected.items() if name not in members}
+    for name in expected:
         if name not in dataset.variables:
             yield f"variable {name} is missing, which this stage writes"
     lead = () if schema.sweep is None else dataset.variables[schema.sweep].dims
     yield from _swept_faults(dataset, schema, lead)
-    for name, variable in wanted.items():
+    for name, variable in expected.items():
         yield from _form_faults(name, dataset.variables[name], variable, lead)
-    for name, variable in wanted.items():
+    for name, variable in expected.items():
         yield from _value_faults(name, dataset.variables[name].values, variable)
         yield from _gap_faults(name, dataset, variable)
     for rule in schema.rules:
@@ -155,7 +74,7 @@ def faults(dataset: xr.Dataset, schema: Schema) -> Iterator[str]:
             yield fault
 
 
-def _is_wanted(dataset: xr.Dataset, path: str) -> bool:
+def _is_asked_for(dataset: xr.Dataset, path: str) -> bool:
     """Tell whether a run's parameters ask for a group; without parameters nothing is asked for."""
     section, _, name = path.partition(".")
     text = dataset.attrs.get("parameters")
@@ -165,7 +84,7 @@ def _is_wanted(dataset: xr.Dataset, path: str) -> bool:
 def _parameter_faults(dataset: xr.Dataset, path: str) -> Iterator[str]:
     """Yield that the parameters cannot be read, if they cannot."""
     try:
-        _is_wanted(dataset, path)
+        _is_asked_for(dataset, path)
     except (ValueError, TypeError, KeyError, IndexError, RecursionError):
         text = shown(dataset.attrs["parameters"])
         yield f"attribute parameters is {text}, not the JSON of a run's parameters with {path}"
@@ -186,7 +105,7 @@ def _swept_faults(dataset: xr.Dataset, schema: Schema, lead: tuple[Hashable, ...
         yield from _form_faults(dim, held, Variable((str(dim),), units, kind), ())
         yield from _value_faults(dim, held.values, Variable((str(dim),), units, kind))
         if len(set(held.values.tolist())) != held.size:
-            yield f"variable {name} has a value twice, not each once"
+            yield f"variable {name} has a value twice; each may occur once"
     for label, units in schema.shared.items():
         if label in dataset.variables and label not in lead:
             held = dataset.variables[label]
@@ -195,17 +114,17 @@ def _swept_faults(dataset: xr.Dataset, schema: Schema, lead: tuple[Hashable, ...
 
 
 def _form_faults(
-    name: Hashable, held: xr.Variable, wanted: Variable, lead: tuple[Hashable, ...]
+    name: Hashable, held: xr.Variable, expected: Variable, lead: tuple[Hashable, ...]
 ) -> Iterator[str]:
     """Yield what is wrong with a variable's dimensions, type, units and sizes."""
-    before = tuple(dim for dim in lead if dim not in wanted.pooled) if wanted.swept else ()
-    dims = (*before, *wanted.dims)
+    before = tuple(dim for dim in lead if dim not in expected.pooled) if expected.swept else ()
+    dims = (*before, *expected.dims)
     if held.dims != dims:
         yield f"variable {_plain(name)} has dimensions {_listed(held.dims)}, not {_listed(dims)}"
-    yield from _type_faults(name, held, wanted.kind)
+    yield from _type_faults(name, held, expected.kind)
     units = held.attrs.get("units")
-    if not isinstance(units, str | None) or FORMER_UNITS.get(str(units), units) != wanted.units:
-        yield f"variable {_plain(name)} has the units {shown(units)}, not {shown(wanted.units)}"
+    if not isinstance(units, str | None) or FORMER_UNITS.get(str(units), units) != expected.units:
+        yield f"variable {_plain(name)} has the units {shown(units)}, not {shown(expected.units)}"
     for dim, size in held.sizes.items():
         place = f"variable {_plain(name)} has {size} values along {_plain(dim)}"
         if size != SIZES.get(str(dim), size):
@@ -232,41 +151,41 @@ def _type_faults(name: Hashable, held: xr.Variable, kind: Kind) -> Iterator[str]
         yield f"variable {_plain(name)} is stored scaled or with gaps, not as it is"
 
 
-def _value_faults(name: Hashable, values: NDArray[Any], wanted: Variable) -> Iterator[str]:
+def _value_faults(name: Hashable, values: NDArray[Any], expected: Variable) -> Iterator[str]:
     """Yield what is wrong with a variable's values one by one and in their order."""
-    if wanted.kind == "word":
-        yield from _word_faults(name, values.ravel().tolist(), wanted)
-    if wanted.kind in ("word", "flag"):
+    if expected.kind == "word":
+        yield from _word_faults(name, values.ravel().tolist(), expected)
+    if expected.kind in ("word", "flag"):
         return
     numbers = values.astype(np.float64)
-    if not wanted.unknown:
+    if not expected.unknown:
         yield from _first(name, values, np.isnan(numbers), "a number")
-    if not wanted.infinite:
+    if not expected.infinite:
         yield from _first(name, values, np.isinf(numbers), "finite")
-    yield from _first(name, values, numbers < wanted.least, f"at least {wanted.least:g}")
-    yield from _first(name, values, numbers <= wanted.above, f"above {wanted.above:g}")
-    if wanted.increasing:
+    yield from _first(name, values, numbers < expected.least, f"at least {expected.least:g}")
+    yield from _first(name, values, numbers <= expected.above, f"above {expected.above:g}")
+    if expected.increasing:
         falls = np.append(False, np.diff(numbers) <= 0)
         yield from _first(name, values, falls, "above the value before it")
 
 
-def _word_faults(name: Hashable, words: list[str], wanted: Variable) -> Iterator[str]:
+def _word_faults(name: Hashable, words: list[str], expected: Variable) -> Iterator[str]:
     """Yield what is wrong with words; a label has all of its own in order, others some of them."""
-    if not wanted.words:
+    if not expected.words:
         return
-    if wanted.units is None and tuple(words) != wanted.words:
-        yield f"variable {_plain(name)} is {shown(words)}, not {shown(list(wanted.words))}"
+    if expected.units is None and tuple(words) != expected.words:
+        yield f"variable {_plain(name)} is {shown(words)}, not {shown(list(expected.words))}"
     for word in words:
-        if word not in wanted.words:
-            choices = " or ".join(map(repr, wanted.words))
+        if word not in expected.words:
+            choices = " or ".join(map(repr, expected.words))
             yield f"variable {_plain(name)} has the word {shown(word)}, not {choices}"
 
 
-def _gap_faults(name: str, dataset: xr.Dataset, wanted: Variable) -> Iterator[str]:
+def _gap_faults(name: str, dataset: xr.Dataset, expected: Variable) -> Iterator[str]:
     """Yield where a value is unknown although the dataset says that it is known."""
-    if wanted.known_where is None:
+    if expected.known_where is None:
         return
-    messages, beginning = wanted.known_where
+    messages, beginning = expected.known_where
     words = dataset.variables[messages].values
     known = np.array([word.startswith(beginning) for word in words.ravel().tolist()], dtype=bool)
     values = dataset.variables[name].values
@@ -275,14 +194,14 @@ def _gap_faults(name: str, dataset: xr.Dataset, wanted: Variable) -> Iterator[st
 
 
 def _first(
-    name: Hashable, values: NDArray[Any], wrong: NDArray[np.bool_], wanted: str
+    name: Hashable, values: NDArray[Any], wrong: NDArray[np.bool_], expected: str
 ) -> Iterator[str]:
     """Yield the first value that is wrong, with its place."""
     if not wrong.any():
         return
     place = tuple(int(index) for index in np.argwhere(wrong)[0])
     at = f"[{', '.join(map(str, place))}]" if place else ""
-    yield f"variable {_plain(name)}{at} is {values[place]:g}, not {wanted}"
+    yield f"variable {_plain(name)}{at} is {values[place]:g}, not {expected}"
 
 
 def shown(value: object) -> str:

@@ -76,7 +76,7 @@ def text_attributes(path: Path, names: Sequence[str]) -> dict[str, str]:
         When the file is missing or cannot be read.
     """
     if not os.path.isfile(path):
-        raise DatasetError(f"{file_text(path)}: is not there, or no file")
+        raise DatasetError(f"{file_text(path)}: does not exist or is not a file")
     library = _library()
     with _opened(library, path) as file:
         found = {name: _text(library, file, name) for name in names}
@@ -98,7 +98,7 @@ def _library() -> ctypes.PyDLL:
         function = getattr(library, name)
         function.restype, function.argtypes = result, arguments
     library.H5open()
-    # Errors are told by the values of functions, not on standard error.
+    # Functions report errors by what they return, not on standard error.
     library.H5Eset_auto2(_DEFAULT, None, None)
     return library
 

@@ -5,19 +5,10 @@ gathers it and its entry in `DATASETS`. Functions are named by text, ``module:fu
 imported by those who call them, so that neither the workflow nor the stages need what draws.
 """
 
-import math
-from collections.abc import Container, Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from pkgutil import resolve_name
-from typing import TYPE_CHECKING
 
-from softslip.config.fields import value_at
-from softslip.config.paper_material import MATERIAL, departures
 from softslip.config.stages import STAGES
-from softslip.files.layout import DATASET, FIGURE, benchmark_of
-
-if TYPE_CHECKING:
-    from softslip.config.scenario import Scenario
 
 ANY_MORE = "..."
 """Stands for any number of further datasets of the kind before it."""
@@ -27,9 +18,6 @@ FITS = "fits"
 
 SNAPSHOT = "snapshot"
 """Figure of one run, and its rule."""
-
-UNLIKE = 100.0
-"""Distance, in logarithms, of a run without a stress from one with any."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +36,8 @@ class TableEntry:
         What computes it.
     summary
         One or two sentences for people who look for data.
+    schema
+        What it must look like: a `files.schema.Schema`; empty where it is not checked.
     level
         How far the data have come from the simulation.
     """
@@ -57,6 +47,7 @@ class TableEntry:
     parents: tuple[str, ...]
     function: str
     summary: str
+    schema: str = ""
     level: str = "averages of simulations"
 
 
@@ -90,6 +81,7 @@ class FigureEntry:
 _OBSERVABLES = "softslip.analysis.observables.tables"
 _FIGURES = "softslip.analysis.figures"
 _PAPER = "softslip.analysis.paper"
+_SCHEMAS = "softslip.files.table_schemas"
 
 DATASETS: Mapping[str, TableEntry] = {
     entry.name: entry
@@ -101,6 +93,7 @@ DATASETS: Mapping[str, TableEntry] = {
             f"{_OBSERVABLES}:flow_curve",
             "Steady shear rates and slip velocities of dense suspensions of soft particles, with "
             "standard errors, for each stress and wall.",
+            f"{_SCHEMAS}:FLOW_CURVE",
         ),
         TableEntry(
             "creep",
@@ -109,6 +102,7 @@ DATASETS: Mapping[str, TableEntry] = {
             f"{_OBSERVABLES}:creep",
             "Shear rates and slip velocities of dense suspensions of soft particles in time since "
             "the stress began.",
+            f"{_SCHEMAS}:CREEP",
         ),
         TableEntry(
             "profiles",
@@ -117,6 +111,7 @@ DATASETS: Mapping[str, TableEntry] = {
             f"{_OBSERVABLES}:profiles",
             "Mean velocity profiles between the walls of dense suspensions of soft particles in "
             "steady flow.",
+            f"{_SCHEMAS}:PROFILES",
         ),
         TableEntry(
             FITS,
@@ -125,6 +120,7 @@ DATASETS: Mapping[str, TableEntry] = {
             "softslip.analysis.fits:fit_laws",
             "Parameters of the Herschel-Bulkley law and of laws of wall slip, with standard "
             "errors, fitted to steady flow of dense suspensions of soft particles.",
+            f"{_SCHEMAS}:FITS",
             "fits to averages of simulations",
         ),
     )
@@ -220,92 +216,3 @@ def rules_before(rule: str) -> tuple[str, ...]:
     entries: list[TableEntry | FigureEntry] = [*DATASETS.values(), *FIGURES.values()]
     parents = (parent for entry in entries if entry.rule == rule for parent in entry.parents)
     return tuple(dict.fromkeys(makers[parent] for parent in parents))
-
-
-def run_shown(
-    figure: FigureEntry, scenario: "Scenario", among: Container[str] | None = None
-) -> str | None:
-    """Return the run of a scenario that a figure of one run shows.
-
-    Of the runs that keep snapshots it is the nearest to the paper's sample, by the sum of the
-    differences in roughness and in the logarithms of stress and time; runs of the paper's material
-    come before others, and among equals the first.
-
-    Parameters
-    ----------
-    figure
-        An entry with a sample.
-    scenario
-        Where to look.
-    among
-        Which runs are there, as those of a scenario that is not finished; all by default.
-
-    Returns
-    -------
-    str or None
-        Its identity in the shear stage; None where no run keeps snapshots.
-    """
-    sample = resolve_name(figure.sample)
-    nearest: tuple[tuple[int, float], str] | None = None
-    for run, row in scenario.stage_table("shear").items():
-        given = row.parameters
-        times = [time for time in given.recording.snapshots if time > 0]
-        if not times or (among is not None and run not in among):
-            continue
-        values = {path: value_at(given, path) for path in MATERIAL}
-        distance = min(abs(math.log(time / sample.time)) for time in times)
-        if sample.roughness is not None:
-            distance += abs(given.wall.roughness - sample.roughness)
-        # A run at rest, or one whose shear rate is imposed, is no nearer than any under stress.
-        stress = given.rheometer.stress
-        distance += abs(math.log(stress / sample.stress)) if stress else UNLIKE
-        place = len(list(departures(values))), distance
-        if nearest is None or place < nearest[0]:
-            nearest = place, run
-    return None if nearest is None else nearest[1]
-
-
-@dataclass(frozen=True)
-class ExpectedResult:
-    """A result that the workflow makes of a scenario.
-
-    Attributes
-    ----------
-    rule
-        The rule of the workflow that makes it.
-    stage, run
-        What its labels say that it is.
-    name
-        Its path in the folder of the results, with slashes.
-    figure
-        Which figure it is, nothing if it is a dataset.
-    """
-
-    rule: str
-    stage: str
-    run: str
-    name: str
-    figure: str = ""
-
-    @property
-    def benchmark(self) -> str:
-        """Where Snakemake notes what the job took, in the folder of the results."""
-        return benchmark_of(self.name)
-
-
-def expected_results(scenario: "Scenario") -> Iterator[ExpectedResult]:
-    """Yield every result that the workflow makes of a scenario, parents before children."""
-    for stage in STAGES:
-        for run in scenario.stage_table(stage):
-            yield ExpectedResult(stage, stage, run, f"{stage}/{run}{DATASET}")
-    for table in DATASETS.values():
-        yield ExpectedResult(table.rule, table.name, scenario.name, f"{table.name}{DATASET}")
-    for figure in figures_of("figure"):
-        entry, name = FIGURES[figure], f"figures/{figure}.png"
-        shown = run_shown(entry, scenario) if entry.sample else scenario.name
-        if shown is not None:
-            yield ExpectedResult("figure", FIGURE, shown, name, figure)
-    for run, row in scenario.stage_table("shear").items():
-        if row.parameters.recording.snapshots:
-            name = f"figures/snapshots/{run}.png"
-            yield ExpectedResult(SNAPSHOT, FIGURE, run, name, SNAPSHOT)

@@ -1,7 +1,8 @@
 """The quantities of datasets: the unit and the meaning of each name, once.
 
-Schemas and datasets refer to this table. Parameters of a run have theirs in `config`. CF has no
-standard names for what is simulated here; how files spell units is up to `files.conventions`.
+Schemas and datasets refer to this table. Parameters of a run have theirs in `config`. No quantity
+has a standard name of CF: those are of quantities in SI units, and nothing here has any. How files
+spell units is up to `files.conventions`.
 """
 
 from collections.abc import Mapping
@@ -11,10 +12,11 @@ import xarray as xr
 
 LENGTH, TIME, STRESS, RATE = "length unit", "time unit", "stress unit", "1 / time unit"
 SPEED, AREA = "length unit / time unit", "length unit squared"
+SLIP = "length unit / time unit / stress unit"
 
 
 class DatasetQuantity(NamedTuple):
-    """Unit and meaning of a quantity; they are its attributes ``units`` and ``long_name``."""
+    """Unit and meaning of a quantity; what labels a dimension by words has an empty unit."""
 
     unit: str
     meaning: str
@@ -22,12 +24,14 @@ class DatasetQuantity(NamedTuple):
     @property
     def attributes(self) -> dict[str, str]:
         """The attributes of a variable of this quantity."""
-        return {"units": self.unit, "long_name": self.meaning}
+        return ({"units": self.unit} if self.unit else {}) | {"long_name": self.meaning}
 
 
 QUANTITIES: Mapping[str, DatasetQuantity] = {
     name: DatasetQuantity(unit, meaning)
     for name, unit, meaning in (
+        ("axis", "", "component of a vector"),
+        ("wall", "", "wall of the channel"),
         # Packing and expansion.
         ("centre", LENGTH, "disc centre in the channel frame"),
         ("radius", LENGTH, "disc radius in the packing"),
@@ -62,22 +66,40 @@ QUANTITIES: Mapping[str, DatasetQuantity] = {
         ("velocity", SPEED, "fluid velocity"),
         ("field_x", LENGTH, "position along the flow"),
         ("field_y", LENGTH, "height above the flat part of the lower wall"),
+        ("non_affine_velocity", "1", "non-affine velocity over the bulk shear rate and H"),
+        # Runs in one dataset.
+        ("status", "1", "whether a run is done"),
+        ("run_id", "1", "run that it comes from"),
+        ("runs", "1", "number of runs behind this"),
+        ("runs_done", "1", "number of runs done"),
         # The flow curve.
+        ("steady", "1", "whether a steady state was reached: wall and bulk"),
+        ("steady_wall", "1", "whether a steady state was reached: apparent shear rate"),
+        ("steady_bulk", "1", "whether a steady state was reached: true shear rate"),
+        ("steady_slip", "1", "whether a steady state was reached: slip velocity"),
         ("drift", "1", "largest relative change over the window"),
         ("shear_stress", STRESS, "mean shear stress of the packing"),
         ("steady_from", TIME, "start of the window of the averages"),
         ("yielding_time", TIME, "time of the least bulk shear rate"),
+        ("yielded", "1", "whether the bulk yielded"),
         ("slip_time", TIME, "time of half the steady slip velocity"),
         ("heterogeneity", "1", "heterogeneity of the bulk flow"),
         ("snapshots_used", "1", "number of snapshots averaged"),
+        ("profiles_used", "1", "number of profiles averaged"),
         ("normalised_position", "1", "distance from the lower wall over the wall separation"),
         ("normalised_velocity", "1", "velocity from that of the lower to that of the upper wall"),
         # Laws.
-        ("yield_stress", STRESS, "yield stress"),
-        ("consistency", "stress unit * (time unit)^n", "consistency"),
-        ("flow_index", "1", "flow index"),
-        ("slip_coefficient", "length unit / time unit / stress unit", "slip over excess stress"),
-        ("newtonian_slip_coefficient", "length unit / time unit / stress unit", "slip over stress"),
+        ("parameter", "", "parameter of the flow law"),
+        ("other_parameter", "", "parameter of the flow law"),
+        ("yield_stress", STRESS, "Herschel-Bulkley yield stress"),
+        ("consistency", "stress unit * (time unit)^n", "Herschel-Bulkley consistency"),
+        ("flow_index", "1", "Herschel-Bulkley flow index"),
+        ("covariance", "products of the parameters' units", "covariance of the fit"),
+        ("slip_coefficient", SLIP, "slip velocity over stress above yield"),
+        ("newtonian_slip_coefficient", SLIP, "slip velocity over stress"),
+        ("reduced_chi_square", "1", "squared deviation over its error, by freedom"),
+        ("points", "1", "number of points fitted"),
+        ("fit_message", "1", "whether the law was fitted"),
     )
 }
 """Every quantity of the chain and of the datasets over its runs, by its name there."""
@@ -86,22 +108,53 @@ FORMER_UNITS: Mapping[str, str] = {"length unit2": AREA}
 """Units as files from before this table spell them."""
 
 
+_DERIVED: Mapping[str, str] = {
+    "_error": "uncertainty of: ",
+    "_drift": "relative change over the window: ",
+}
+"""Ends of the names of what is known of a quantity, and how the meanings of these begin."""
+
+
+def dataset_quantity(name: str) -> DatasetQuantity | None:
+    """Return unit and meaning of a quantity, of its ``_error`` or its ``_drift``.
+
+    Parameters
+    ----------
+    name
+        Of a variable.
+
+    Returns
+    -------
+    DatasetQuantity or None
+        None where the table has no such quantity.
+    """
+    if name in QUANTITIES:
+        return QUANTITIES[name]
+    for end, words in _DERIVED.items():
+        whole = QUANTITIES.get(name.removesuffix(end))
+        if name.endswith(end) and whole is not None:
+            return DatasetQuantity("1" if end == "_drift" else whole.unit, words + whole.meaning)
+    return None
+
+
 def unit_of(name: str) -> str:
-    """Return the unit of a quantity, of its standard error (``_error``) or its ``_drift``.
+    """Return the unit of a quantity, as `dataset_quantity`.
 
     Raises
     ------
     KeyError
         When there is no such quantity.
     """
-    if name.endswith("_drift"):
-        return "1"
-    return QUANTITIES[name.removesuffix("_error")].unit
+    found = dataset_quantity(name)
+    if found is None:
+        raise KeyError(name)
+    return found.unit
 
 
 def described(dataset: xr.Dataset) -> xr.Dataset:
     """Return the dataset with unit and meaning at each of its variables that is a quantity."""
     for name, variable in dataset.variables.items():
-        if name in QUANTITIES:
-            variable.attrs.update(QUANTITIES[str(name)].attributes)
+        found = dataset_quantity(str(name))
+        if found is not None:
+            variable.attrs.update(found.attributes)
     return dataset

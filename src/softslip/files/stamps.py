@@ -1,7 +1,7 @@
 """What a figure carries of itself: labels within the file, and two digests of what it is.
 
-The labels are a JSON object in the field that is for descriptions. `CONTENT_DIGEST` is of what the
-same work gives again, the picture and the labels that last; `RECORD_DIGEST` is of every byte of the
+The labels are a JSON object in the field that is for descriptions. `CONTENT_DIGEST` is of what a
+rerun repeats, the picture and the labels that last; `RECORD_DIGEST` is of every byte of the
 file but its own digits.
 """
 
@@ -45,8 +45,8 @@ def content_digest(picture: bytes, labels: Mapping[str, Any]) -> str:
         pixels = np.asarray(image.convert("RGBA"))
     left_out = (*VOLATILE, CONTENT_DIGEST, RECORD_DIGEST)
     lasting = {key: value for key, value in labels.items() if key not in left_out}
-    told = json.dumps([lasting, pixels.shape], sort_keys=True)
-    return hashlib.sha256(told.encode() + pixels.tobytes()).hexdigest()
+    text = json.dumps([lasting, pixels.shape], sort_keys=True)
+    return hashlib.sha256(text.encode() + pixels.tobytes()).hexdigest()
 
 
 def unsealed(labels: Mapping[str, Any]) -> str:
@@ -104,7 +104,7 @@ def check_figure(path: Path) -> dict[str, Any]:
         altered = content_digest(content, labels) != labels.get(CONTENT_DIGEST)
     if altered:
         raise DatasetError(
-            f"{file_text(path)}: has been altered since it was drawn; delete it and draw it again"
+            f"{file_text(path)}: has been altered since it was drawn; delete it and redraw it"
         )
     return labels
 
@@ -123,10 +123,10 @@ def _labels(path: Path, content: bytes) -> dict[str, Any]:
     # What the libraries raise for a damaged file has no common base.
     except Exception as error:
         raise DatasetError(
-            f"{file_text(path)}: is no figure with labels, or damaged ({type(error).__name__})"
+            f"{file_text(path)}: is not a figure of softslip or damaged ({type(error).__name__})"
         ) from error
     if not isinstance(found, dict) or CONTENT_DIGEST not in found:
-        raise DatasetError(f"{file_text(path)}: is a figure without labels; draw it again")
+        raise DatasetError(f"{file_text(path)}: does not say what it was made from; redraw it")
     return found
 
 
@@ -146,10 +146,10 @@ def _svg_text(content: bytes) -> str:
 def _pdf_text(content: bytes) -> str:
     import pypdf  # Few figures are PDF, and every command would wait for it.
 
-    told = pypdf.PdfReader(io.BytesIO(content), strict=True).metadata
-    if told is None or told.subject is None:
+    metadata = pypdf.PdfReader(io.BytesIO(content), strict=True).metadata
+    if metadata is None or metadata.subject is None:
         raise ValueError("no subject")
-    return str(told.subject)
+    return str(metadata.subject)
 
 
 def _digest(content: bytes) -> str:

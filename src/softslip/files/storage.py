@@ -15,8 +15,9 @@ import xarray as xr
 
 import softslip
 from softslip.errors import DatasetError, SoftslipError, StorageError
-from softslip.files.conventions import CONVENTIONS, as_stored, as_used, discovery, without_discovery
-from softslip.files.schema import SCHEMAS, check_dataset
+from softslip.files.conventions import CONVENTIONS, as_stored, as_used
+from softslip.files.dataset_check import SCHEMAS, check_dataset
+from softslip.files.discovery import discovery, without_discovery
 from softslip.files.seals import check_seal, seal
 from softslip.files.uninterrupted import uninterrupted
 from softslip.messages import file_text
@@ -30,17 +31,17 @@ VOLATILE = ("date_created", "history", "provenance")
 """Attributes that differ between two runs of the same thing: when and where it was run."""
 
 CONTENT_DIGEST, RECORD_DIGEST = "content_sha256", "record_sha256"
-"""Attributes: the digest of all that the same run gives again, and of that with the rest."""
+"""Attributes: the digest of all that a rerun repeats, and of that with the rest."""
 
 
 def write_dataset(dataset: xr.Dataset, path: Path, *, stage: str, run: str, title: str) -> None:
     """Write a dataset under its final name in one step.
 
-    The file keeps to CF-1.11 and ACDD-1.3, see `files.conventions`; `read_dataset` gives back
-    what was given. Every variable is compressed and carries a fletcher32 checksum, the whole two
-    digests that `read_dataset` checks, and the file a seal (`files.seals`). It is written to a
-    temporary name in the same folder, read back, synced and renamed, so that a reader finds either
-    the whole new file or what was there before.
+    The file keeps to CF-1.11 (`files.conventions`) and ACDD-1.3 (`files.discovery`);
+    `read_dataset` gives back what was given. Every variable is compressed and carries a fletcher32
+    checksum, the whole two digests that `read_dataset` checks, and the file a seal (`files.seals`).
+    It is written to a temporary name in the same folder, read back, synced and renamed, so that a
+    reader finds either the whole new file or what was there before.
 
     Parameters
     ----------
@@ -165,9 +166,9 @@ def _check_digests(path: Path, dataset: xr.Dataset) -> None:
     DatasetError
         When a digest is missing or is that of something else.
     """
-    for key, wanted in digests(dataset).items():
+    for key, expected in digests(dataset).items():
         found = dataset.attrs.get(key)
-        if found != wanted:
+        if found != expected:
             state = "is missing" if found is None else "does not fit what the file holds"
             raise DatasetError(f"{file_text(path)}: {key} {state}; delete it and rerun its job")
 
@@ -264,17 +265,17 @@ def read_dataset(path: Path, *, stage: str, run: str | None = None) -> xr.Datase
         with uninterrupted():
             dataset = xr.load_dataset(path.absolute(), engine="netcdf4")
     except FileNotFoundError:
-        raise DatasetError(f"{name}: not there; run the {stage} stage first") from None
+        raise DatasetError(f"{name}: does not exist; run the {stage} stage first") from None
     # What the library raises for a damaged file has no common base; AttributeError is among it.
     except Exception as error:
         raise DatasetError(
             f"{name}: cannot be read ({_reason(error)}); if it is a result, delete it and rerun "
             f"the {stage} stage"
         ) from error
-    for key, wanted in (("stage", stage), ("run", run)):
+    for key, expected in (("stage", stage), ("run", run)):
         found = dataset.attrs.get(key)
-        if wanted is not None and found != wanted:
-            raise DatasetError(f"{name}: is of {key} {found!r}, not {wanted!r}")
+        if expected is not None and found != expected:
+            raise DatasetError(f"{name}: is of {key} {found!r}, not {expected!r}")
     _check_digests(path, dataset)
     used = as_used(dataset)
     used.attrs = without_discovery(used.attrs)

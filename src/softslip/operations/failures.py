@@ -1,7 +1,7 @@
 """Records of failed runs: written by the process that fails, read by `operations.scenario_status`.
 
 A record lies beside the lock of its run, ``RUN.failure.json``, from the moment of the failure until
-the run is begun again.
+the run is rerun.
 """
 
 import json
@@ -87,7 +87,7 @@ def _failure(error: Exception) -> Failure:
 
 
 def read_failure(path: Path) -> Failure | None:
-    """Return why a run failed, None where the record is gone: the run has begun again."""
+    """Return why a run failed, None where the record is gone: a rerun has begun."""
     try:
         record = json.loads(path.read_bytes())
         return Failure(**{name: record[name] for name in Failure.__dataclass_fields__})

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from softslip.errors import LockedError, StorageError
 from softslip.files.layout import CHECKPOINTS
+from softslip.messages import counted
 from softslip.operations.lock import claim, lock_path
 
 FINISHED = "its run is finished"
@@ -16,7 +17,7 @@ OUTDATED = "the code of its stage has changed"
 
 UNWANTED = "all are to be removed"
 UNHELD = "nobody holds it"
-INCOMPLETE = "was begun and never completed"
+INCOMPLETE = "was never completed"
 """Why other files are left over."""
 
 
@@ -70,15 +71,14 @@ def remove(
         try:
             yield from _remove_of(results / stage, run, files)
         except LockedError as error:
-            count = "1 file" if len(files) == 1 else f"{len(files)} files"
-            say(f"kept {count} of {stage}: {error}")
+            say(f"kept {counted(len(files), 'file')} of {stage}: {error}")
 
 
 def _remove_of(folder: Path, run: str, files: list[Leftover]) -> Iterator[Leftover]:
     """Remove files of one run, whose lock is taken first and whose lock file goes last."""
     with claim(folder / CHECKPOINTS, run):
         if not (folder / f"{run}.nc").exists():
-            # It was begun again since it was looked at.
+            # A rerun has begun since it was looked at.
             files = [file for file in files if file.reason != FINISHED]
         yield from filter(_unlinked, files)
         lock_path(folder / CHECKPOINTS, run).unlink(missing_ok=True)

@@ -11,7 +11,7 @@ from softslip.errors import DatasetError
 from softslip.files.layout import CHECKPOINTS, DATASET
 
 PART_AGE = 86400.0
-"""Seconds after which a file that was begun and never completed is abandoned."""
+"""Seconds after which a file that was never completed is abandoned."""
 
 _RUN = re.compile(r"[0-9a-f]+")
 _PART = re.compile(r"\.(?:([0-9a-f]{16})\.)?.+\.part")

@@ -136,7 +136,7 @@ def _reasons(tables: Tables, datasets: Mapping[Key | None, _Dataset]) -> dict[Ke
     """Return why runs are to be done, by stage and run.
 
     From the shears back, what is to be done needs its parent; from the packings on, what is to be
-    done makes its children be done again.
+    done causes its children to be rerun.
     """
     reasons: dict[Key, Reason] = {}
     for stage in reversed(STAGES):

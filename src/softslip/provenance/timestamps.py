@@ -46,9 +46,11 @@ def put_in_order(results: Path) -> list[Path]:
     for path in order:
         try:
             times[path] = path.stat().st_mtime_ns
-            wanted = _wanted(times[path], [(times[at], same) for at, same in parents[path].items()])
-            if wanted != times[path]:
-                times[path] = _dated(path, times[path], wanted)
+            needed = _consistent(
+                times[path], [(times[at], same) for at, same in parents[path].items()]
+            )
+            if needed != times[path]:
+                times[path] = _dated(path, times[path], needed)
                 moved.append(path)
             moved += _benchmark_dated(results, path, times[path])
         except OSError:
@@ -75,7 +77,7 @@ def _parents(archive: Archive, product: Product, products: dict[Path, Product]) 
     }
 
 
-def _wanted(time: int, parents: Iterable[tuple[int, bool]]) -> int:
+def _consistent(time: int, parents: Iterable[tuple[int, bool]]) -> int:
     """Return the time that a file should have, by the times of its parents [ns]."""
     known = list(parents)
     replaced = [parent for parent, same in known if not same]
@@ -84,12 +86,12 @@ def _wanted(time: int, parents: Iterable[tuple[int, bool]]) -> int:
     return time if time < max(replaced) else max(replaced) - _EARLIER
 
 
-def _dated(path: Path, time: int, wanted: int) -> int:
+def _dated(path: Path, time: int, needed: int) -> int:
     """Give a file a time, or the present one where it is another user's; return which it has."""
     try:
-        os.utime(path, ns=(wanted, wanted))
+        os.utime(path, ns=(needed, needed))
     except PermissionError:
-        if wanted < time:
+        if needed < time:
             raise
         os.utime(path)
     return path.stat().st_mtime_ns

@@ -200,7 +200,7 @@ def _dataset(
             "area": ("particle", signed_areas(position, offsets)),
             "target_area": ("particle", target),
         },
-        coords={"axis": ("axis", ["x", "y"], {"long_name": "component of a vector"})},
+        coords={"axis": ("axis", ["x", "y"])},
         attrs={
             "area_fraction": report.area_fraction,
             "largest_area_error": report.largest_area_error,

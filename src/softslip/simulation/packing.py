@@ -254,7 +254,7 @@ def _dataset(centre: FloatArray, radius: FloatArray, final_radius: FloatArray) -
                 "radius": ("particle", radius),
                 "final_radius": ("particle", final_radius),
             },
-            coords={"axis": ("axis", ["x", "y"], {"long_name": "component of a vector"})},
+            coords={"axis": ("axis", ["x", "y"])},
             attrs={"discs": len(centre)},
         )
     )

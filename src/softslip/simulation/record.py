@@ -185,7 +185,7 @@ class Recorder:
         dataset = xr.Dataset(
             coords={
                 "time": ("time", ends),
-                "wall": ("wall", ["lower", "upper"], {"long_name": "wall of the channel"}),
+                "wall": ("wall", ["lower", "upper"]),
                 "wall_distance": ("wall_distance", self._observer.heights),
                 "profile_time": ("profile", self._profile_edges[1 : len(self._profiles) + 1]),
             }
@@ -209,5 +209,4 @@ class Recorder:
             dataset[name] = (axes, np.array([shot[name] for shot in self._snapshots]))
         for name in ("field_x", "field_y"):
             dataset = dataset.assign_coords({name: (name, self._snapshots[0][name])})
-        axis = ("axis", ["x", "y"], {"long_name": "component of a vector"})
-        return dataset.assign_coords(axis=axis)
+        return dataset.assign_coords(axis=("axis", ["x", "y"]))

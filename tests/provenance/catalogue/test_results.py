@@ -240,7 +240,7 @@ def test_records_are_checked_when_they_are_read(copied):
     with pytest.raises(DatasetError, match="time"):
         results.records(run)  # These files have labels, but no records.
     run.path.unlink()
-    with pytest.raises(DatasetError, match="not there"):
+    with pytest.raises(DatasetError, match="does not exist"):
         results.records(run.run)
 
 

@@ -19,13 +19,6 @@ SYMBOLS = {
 }
 """How quantities are written."""
 
-UNITS = {
-    "slip_velocity": "length unit / time unit",
-    "shear_rate_wall": "1 / time unit",
-    "shear_rate_bulk": "1 / time unit",
-}
-"""And their units."""
-
 DRAWN = ("slip_velocity", "shear_rate_bulk")
 """Quantities that are drawn over the regularisation length."""
 

@@ -18,16 +18,10 @@ from softslip.analysis.fits.points import (
     with_stress,
 )
 from softslip.analysis.observables import mean_over_seeds
+from softslip.files.quantities import described
 
 PARAMETERS = ("yield_stress", "consistency", "flow_index")
 """Parameters of the Herschel-Bulkley law, in the order of its covariance."""
-
-UNITS = {
-    "yield_stress": "stress unit",
-    "consistency": "stress unit * (time unit)^n",
-    "flow_index": "1",
-}
-"""Units of the Herschel-Bulkley parameters."""
 
 LEAST_POINTS = 4
 """Fewest points of a fit: one more than it has parameters."""
@@ -116,20 +110,11 @@ def _herschel_bulkley(flow_curve: xr.Dataset, pooled: tuple[str, ...]) -> xr.Dat
     )
     result, values, covariance = laid_out(flow_curve, dims, fits)
     for number, name in enumerate(PARAMETERS):
-        meaning = f"Herschel-Bulkley {name.replace('_', ' ')}"
-        error = np.sqrt(covariance[..., number, number])
-        result[name] = dims, values[..., number], {"units": UNITS[name], "long_name": meaning}
-        attributes = {"units": UNITS[name], "long_name": f"standard error of the {meaning}"}
-        result[f"{name}_error"] = dims, error, attributes
-    result["covariance"] = (
-        (*dims, "parameter", "other_parameter"),
-        covariance,
-        {"units": "products of the parameters' units", "long_name": "covariance of the fit"},
-    )
-    names = list(PARAMETERS)
-    words = {"long_name": "parameter of the flow law"}
-    labels = {dim: (dim, names, words) for dim in ("parameter", "other_parameter")}
-    return result.assign_coords(labels)
+        result[name] = dims, values[..., number]
+        result[f"{name}_error"] = dims, np.sqrt(covariance[..., number, number])
+    between = ("parameter", "other_parameter")
+    result["covariance"] = (*dims, *between), covariance
+    return described(result.assign_coords({dim: list(PARAMETERS) for dim in between}))
 
 
 def herschel_bulkley(flow_curve: xr.Dataset) -> xr.Dataset:

@@ -7,6 +7,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from softslip.files.quantities import QUANTITIES
+
 FloatArray = NDArray[np.float64]
 
 FITTED = "fitted"
@@ -95,17 +97,17 @@ def laid_out(
             "reduced_chi_square": (
                 dims,
                 np.reshape([one.reduced_chi_square for one in every], shape),
-                {"units": "1", "long_name": "squared deviation over its error, by freedom"},
+                QUANTITIES["reduced_chi_square"].attributes,
             ),
             "points": (
                 dims,
                 np.reshape([one.points for one in every], shape),
-                {"units": "1", "long_name": "number of points fitted"},
+                QUANTITIES["points"].attributes,
             ),
             "fit_message": (
                 dims,
                 np.reshape(np.array([one.message for one in every], dtype=object), shape),
-                {"units": "1", "long_name": "whether the law was fitted"},
+                QUANTITIES["fit_message"].attributes,
             ),
         },
         coords={dim: flow_curve[dim] for dim in dims if dim in flow_curve.coords},

@@ -19,6 +19,7 @@ from softslip.analysis.fits.points import (
     with_stress,
 )
 from softslip.analysis.observables import mean_over_seeds
+from softslip.files.quantities import described
 
 LEAST_POINTS = 2
 """Fewest points of a slip law: one more than it has parameters."""
@@ -101,12 +102,5 @@ def _branch(flow_curve: xr.Dataset, offsets: xr.Dataset, above: bool) -> xr.Data
             "fit_message": f"{name}_message",
         }
     )
-    unit = {"units": "length unit / time unit / stress unit"}
-    words = "slip velocity over stress" + (" above yield" if above else "")
     error = np.sqrt(covariance[..., 0, 0])
-    return renamed.assign(
-        {
-            name: (dims, values[..., 0], unit | {"long_name": words}),
-            f"{name}_error": (dims, error, unit | {"long_name": f"standard error: {words}"}),
-        }
-    )
+    return described(renamed.assign({name: (dims, values[..., 0]), f"{name}_error": (dims, error)}))

@@ -5,6 +5,7 @@ import xarray as xr
 
 from softslip.analysis.observables.steady import FLAGS
 from softslip.analysis.observables.tables import DONE, MISSING
+from softslip.files.quantities import QUANTITIES
 
 
 def mean_over_seeds(dataset: xr.Dataset) -> xr.Dataset:
@@ -35,16 +36,16 @@ def mean_over_seeds(dataset: xr.Dataset) -> xr.Dataset:
         elif variable.dtype.kind == "f" and not str(name).endswith("_error"):
             mean, error = _seed_statistics(dataset, str(name))
             result[name] = mean.assign_attrs(variable.attrs)
-            meaning = f"uncertainty: {variable.attrs.get('long_name', name)}"
+            meaning = f"uncertainty of: {variable.attrs.get('long_name', name)}"
             unit = variable.attrs.get("units", "1")
             result[f"{name}_error"] = error.assign_attrs(units=unit, long_name=meaning)
     words = np.where(done.any("seed"), DONE, MISSING)
     status = done.any("seed").copy(data=words).assign_attrs(dataset["status"].attrs)
-    count = {"units": "1", "long_name": "number of runs behind this"}
+    runs = xr.full_like(done, 1, dtype=int).sum("seed")
     return result.assign(
         status=status,
-        runs=xr.full_like(done, 1, dtype=int).sum("seed").assign_attrs(count),
-        runs_done=done.sum("seed").assign_attrs(count, long_name="number of runs done"),
+        runs=runs.assign_attrs(QUANTITIES["runs"].attributes),
+        runs_done=done.sum("seed").assign_attrs(QUANTITIES["runs_done"].attributes),
     )
 
 

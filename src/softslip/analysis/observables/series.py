@@ -35,11 +35,6 @@ def parameters_of(run: xr.Dataset) -> Parameters:
         ) from error
 
 
-def scalar(value: float, unit: str, meaning: str) -> tuple[tuple[()], float, dict[str, str]]:
-    """Return a variable without dimensions, with its unit and meaning as attributes."""
-    return (), float(value), {"units": unit, "long_name": meaning}
-
-
 def record_edges(run: xr.Dataset) -> FloatArray:
     """Return the start of the first record and the end of each [time unit], shape (time + 1,).
 

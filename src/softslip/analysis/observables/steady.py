@@ -11,8 +11,8 @@ from softslip.analysis.observables.series import (
     interval_means,
     parameters_of,
     record_edges,
-    scalar,
 )
+from softslip.files.quantities import described
 
 BATCHES = 10
 """Number of equal batches into which a window is cut."""
@@ -44,20 +44,6 @@ FLAGS = {
     "slip_velocity": "steady_slip",
 }
 """Series whose steady state is looked for, and the name of each one's flag."""
-
-UNITS = {
-    "shear_rate_wall": "1 / time unit",
-    "shear_rate_bulk": "1 / time unit",
-    "slip_velocity": "length unit / time unit",
-}
-"""Units of those series."""
-
-MEANINGS = {
-    "shear_rate_wall": "apparent shear rate, from the relative speed of the walls",
-    "shear_rate_bulk": "shear rate of the bulk",
-    "slip_velocity": "slip velocity, mean of both walls",
-}
-"""What those series are."""
 
 
 @dataclass(frozen=True)
@@ -216,43 +202,33 @@ def steady_state(run: xr.Dataset) -> xr.Dataset:
     steady = {name: each.steady and each.start < latest for name, each in windows.items()}
     half = float(edges[(len(edges) - 1) // 2])
     start = max((windows[name].start for name in windows if steady[name]), default=half)
-    result = xr.Dataset()
+    found: dict[str, float | bool] = {}
     for name, flag in FLAGS.items():
         first = start if steady.get(name, False) else half
         last = _from(run, name, edges[edges >= first]) if name in run else None
-        result = result.assign(_estimates(name, last, steady.get(name, False)))
-        result[flag] = (), steady.get(name, False), _flag_attributes(MEANINGS[name])
+        found |= _estimates(name, last, steady.get(name, False))
+        found[flag] = steady.get(name, False)
     stress = _from(run, "stress", edges[edges >= start])
     judged = [name for name in ("shear_rate_wall", "shear_rate_bulk") if name in windows]
-    drifts = [float(result[f"{name}_drift"]) for name in judged]
-    unit = "stress unit"
-    return result.assign(
-        steady=((), all(steady[name] for name in judged), _flag_attributes("wall and bulk")),
-        steady_from=scalar(start, "time unit", "start of the window of the averages"),
-        drift=scalar(max(drifts, key=abs), "1", "largest relative change over the window"),
-        shear_stress=scalar(stress.mean, unit, "mean shear stress of the packing"),
-        shear_stress_error=scalar(stress.error, unit, "standard error of the shear stress"),
-    )
+    found |= {
+        "steady": all(steady[name] for name in judged),
+        "steady_from": start,
+        "drift": max((found[f"{name}_drift"] for name in judged), key=abs),
+        "shear_stress": stress.mean,
+        "shear_stress_error": stress.error,
+    }
+    return described(xr.Dataset(found))
 
 
 def _series_window(run: xr.Dataset, name: str, edges: FloatArray) -> Window:
     return _from(run, name, edges[_truncation(interval_means(run, name, edges)) :])
 
 
-def _flag_attributes(what: str) -> dict[str, str]:
-    return {"units": "1", "long_name": f"whether a steady state was reached: {what}"}
-
-
-def _estimates(name: str, window: Window | None, steady: bool) -> dict[str, object]:
+def _estimates(name: str, window: Window | None, steady: bool) -> dict[str, float]:
     if window is None:
         mean = error = drift = float("nan")
     else:
         mean, error, drift = window.mean, window.error, window.drift
         if not steady:
             error = float(np.fmax(error, 0.5 * abs(window.change)))
-    unit, meaning = UNITS[name], MEANINGS[name]
-    return {
-        name: scalar(mean, unit, meaning),
-        f"{name}_error": scalar(error, unit, f"uncertainty of the {meaning}"),
-        f"{name}_drift": scalar(drift, "1", f"relative change over the window: {meaning}"),
-    }
+    return {name: mean, f"{name}_error": error, f"{name}_drift": drift}

@@ -13,11 +13,12 @@ from softslip.analysis.observables.series import (
     parameters_of,
     record_edges,
 )
-from softslip.analysis.observables.steady import FLAGS, MEANINGS, UNITS, steady_state
+from softslip.analysis.observables.steady import FLAGS, steady_state
 from softslip.analysis.observables.timescales import slip_time, yielding_time
 from softslip.analysis.observables.velocity_fields import heterogeneity, mean_profile
 from softslip.config.parameters import Parameters
 from softslip.errors import DatasetError
+from softslip.files.quantities import QUANTITIES
 
 COMMON = {
     "stress": ("rheometer", "stress"),
@@ -85,8 +86,8 @@ def collect(runs: Runs, function: Callable[[xr.Dataset], xr.Dataset]) -> xr.Data
         },
         coords={**template.coords, **swept},
     )
-    table["status"] = tuple(axes), status, {"units": "1", "long_name": "whether a run is done"}
-    table["run_id"] = tuple(axes), identity, {"units": "1", "long_name": "run that it comes from"}
+    table["status"] = tuple(axes), status, QUANTITIES["status"].attributes
+    table["run_id"] = tuple(axes), identity, QUANTITIES["run_id"].attributes
     return _with_common_values(table, [run for _, run in pairs if run is not None])
 
 
@@ -215,7 +216,7 @@ def creep(runs: Runs, points_per_decade: int = 20) -> xr.Dataset:
 
 def _on_grid(run: xr.Dataset, edges: FloatArray) -> xr.Dataset:
     nothing = np.full(len(edges) - 1, np.nan)
-    attributes = {"units": "time unit", "long_name": "middle of each interval"}
+    attributes = QUANTITIES["time"].attributes | {"long_name": "middle of each interval"}
     return xr.Dataset(
         {
             name: (
@@ -223,7 +224,7 @@ def _on_grid(run: xr.Dataset, edges: FloatArray) -> xr.Dataset:
                 nothing
                 if name in BULK_SERIES and name not in run
                 else interval_means(run, name, edges),
-                {"units": UNITS[name], "long_name": MEANINGS[name]},
+                QUANTITIES[name].attributes,
             )
             for name in FLAGS
         },

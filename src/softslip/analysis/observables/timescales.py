@@ -3,8 +3,9 @@
 import numpy as np
 import xarray as xr
 
-from softslip.analysis.observables.series import FloatArray, scalar, smooth_in_log_time
+from softslip.analysis.observables.series import FloatArray, smooth_in_log_time
 from softslip.analysis.observables.steady import steady_state
+from softslip.files.quantities import described
 
 RECOVERY = 2.0
 """Standard errors by which a series must exceed its minimum on both sides of it."""
@@ -33,12 +34,14 @@ def yielding_time(run: xr.Dataset) -> xr.Dataset:
             time = float(times[lowest])
             near = smooth <= smooth[lowest] + noise[lowest]
             error = _extent(times, near, lowest, float(run["interval"][lowest]))
-    return xr.Dataset(
-        {
-            "yielding_time": scalar(time, "time unit", "time of the least bulk shear rate"),
-            "yielding_time_error": scalar(error, "time unit", "uncertainty of the yielding time"),
-            "yielded": ((), bool(np.isfinite(time)), {"units": "1", "long_name": "bulk yielded"}),
-        }
+    return described(
+        xr.Dataset(
+            {
+                "yielding_time": time,
+                "yielding_time_error": error,
+                "yielded": bool(np.isfinite(time)),
+            }
+        )
     )
 
 
@@ -78,12 +81,7 @@ def slip_time(run: xr.Dataset) -> xr.Dataset:
             late = _first_rise(times, smooth, half + margin)
             reach = np.nanmax([time - early, late - time, 0.5 * float(run["interval"][at])])
             error = float(reach)
-    return xr.Dataset(
-        {
-            "slip_time": scalar(time, "time unit", "time of half the steady slip velocity"),
-            "slip_time_error": scalar(error, "time unit", "uncertainty of the slip time"),
-        }
-    )
+    return described(xr.Dataset({"slip_time": time, "slip_time_error": error}))
 
 
 def _first_rise(times: FloatArray, values: FloatArray, level: float) -> float:

@@ -8,10 +8,10 @@ from softslip.analysis.observables.series import (
     interval_means,
     parameters_of,
     record_edges,
-    scalar,
 )
 from softslip.analysis.observables.steady import steady_state
 from softslip.errors import DatasetError
+from softslip.files.quantities import described
 
 LEAST_ROWS = 3
 """Fewest rows of a velocity field in the reduced gap to which a line is fitted."""
@@ -48,29 +48,18 @@ def mean_profile(run: xr.Dataset) -> xr.Dataset:
     count = len(chosen)
     error = each.std(axis=0, ddof=1) / np.sqrt(count) if count > 1 else np.full_like(mean, np.nan)
     distance = run["wall_distance"]
-    unit = {"units": "1"}
-    return xr.Dataset(
-        {
-            "normalised_velocity": (
-                "wall_distance",
-                mean,
-                unit | {"long_name": "velocity from that of the lower to that of the upper wall"},
-            ),
-            "normalised_velocity_error": (
-                "wall_distance",
-                error,
-                unit | {"long_name": "standard error of the normalised velocity"},
-            ),
-            "profiles_used": scalar(count, "1", "number of profiles averaged"),
-        },
-        coords={
-            "wall_distance": distance,
-            "normalised_position": (
-                "wall_distance",
-                distance.values / height,
-                unit | {"long_name": "distance from the lower wall over the wall separation"},
-            ),
-        },
+    return described(
+        xr.Dataset(
+            {
+                "normalised_velocity": ("wall_distance", mean),
+                "normalised_velocity_error": ("wall_distance", error),
+                "profiles_used": float(count),
+            },
+            coords={
+                "wall_distance": distance,
+                "normalised_position": ("wall_distance", distance.values / height),
+            },
+        )
     )
 
 
@@ -139,17 +128,15 @@ def non_affine_velocity(run: xr.Dataset, snapshot: int) -> xr.Dataset:
     speed = rate * parameters_of(run).channel.height
     scaled = difference / speed if speed != 0 else np.full_like(difference, np.nan)
     heterogeneity = float(np.sqrt(np.mean(scaled[rows, :, 0] ** 2)))
-    return xr.Dataset(
-        {
-            "non_affine_velocity": (
-                velocity.dims,
-                scaled,
-                {"units": "1", "long_name": "non-affine velocity over the bulk shear rate and H"},
-            ),
-            "heterogeneity": scalar(heterogeneity, "1", "heterogeneity of the bulk flow"),
-            "shear_rate_bulk": scalar(float(rate), "1 / time unit", "shear rate of the bulk"),
-        },
-        coords={"field_y": run["field_y"], "field_x": run["field_x"]},
+    return described(
+        xr.Dataset(
+            {
+                "non_affine_velocity": (velocity.dims, scaled),
+                "heterogeneity": heterogeneity,
+                "shear_rate_bulk": float(rate),
+            },
+            coords={"field_y": run["field_y"], "field_x": run["field_x"]},
+        )
     )
 
 
@@ -177,10 +164,12 @@ def heterogeneity(run: xr.Dataset) -> xr.Dataset:
     count = len(values)
     mean = float(np.mean(values)) if count else float("nan")
     error = float(np.std(values, ddof=1) / np.sqrt(count)) if count > 1 else float("nan")
-    return xr.Dataset(
-        {
-            "heterogeneity": scalar(mean, "1", "heterogeneity of the bulk flow"),
-            "heterogeneity_error": scalar(error, "1", "standard error of the heterogeneity"),
-            "snapshots_used": scalar(count, "1", "number of snapshots averaged"),
-        }
+    return described(
+        xr.Dataset(
+            {
+                "heterogeneity": mean,
+                "heterogeneity_error": error,
+                "snapshots_used": float(count),
+            }
+        )
     )

@@ -64,7 +64,7 @@ class Wall(Section):
         unit="1",
         paper=5.0,
         ge=2,
-        description="Wanted distance between bump centres over the bump radius; the actual one "
+        description="Target distance between bump centres over the bump radius; the actual one "
         "divides the channel length.",
     )
     stiffness: float = quantity(

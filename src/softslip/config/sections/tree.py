@@ -27,7 +27,7 @@ class Tree(Section):
         unit="1",
         gt=0,
         lt=1,
-        description="Wanted relative error of slip velocity and shear rates: applies the cheapest "
+        description="Target relative error of slip velocity and shear rates: applies the cheapest "
         "settings whose measured error is no larger, in place of a level.",
     )
     solvent: Solvent = Solvent()

@@ -155,7 +155,7 @@ class _Evaluation:
                 value = self._named(node)
                 if value is MISSING or value is None or isinstance(value, bool):
                     return None if value is MISSING else value
-                limit = f"stands alone and is no flag but {brief(value)}"
+                limit = f"stands alone and is not a flag but {brief(value)}"
                 raise self._error(node, limit, "compare it")
         raise self._refused(node)
 

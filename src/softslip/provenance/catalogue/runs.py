@@ -15,6 +15,7 @@ from typing import Any
 from softslip.config.fields import all_fields, extra
 from softslip.config.parameters import Parameters
 from softslip.config.stages import STAGES
+from softslip.config.sweep import labels_of
 from softslip.errors import DatasetError
 from softslip.files.labels import LABELS, text_attributes
 from softslip.files.layout import DATASET
@@ -192,10 +193,10 @@ def with_file(run: StoredRun) -> StoredRun:
         When the file cannot be read, or is of another run.
     """
     attributes = text_attributes(run.path, LABELS)
-    for key, wanted in (("stage", run.stage), ("run", run.run)):
-        if attributes.get(key) != wanted:
+    for key, expected in (("stage", run.stage), ("run", run.run)):
+        if attributes.get(key) != expected:
             stated = brief(attributes.get(key))
-            raise DatasetError(f"{file_text(run.path)}: is of {key} {stated}, not {wanted!r}")
+            raise DatasetError(f"{file_text(run.path)}: is of {key} {stated}, not {expected!r}")
     return replace(_stored(run.path, attributes), labels=run.labels)
 
 
@@ -234,9 +235,4 @@ def swept_parameters(
     named = [path for table in tables for path in table.get("axes", {})]
     known = [path for path in dict.fromkeys(named) if path in varied and path in fields]
     paths = [*known, *(path for path in fields if varied.get(path) == "" and path not in known)]
-    labels = {path: extra(fields[path], "label") or path.rpartition(".")[2] for path in paths}
-    shared = Counter(labels.values())
-    return {
-        str(label) if shared[label] == 1 else path.replace(".", "_"): path
-        for path, label in labels.items()
-    }
+    return {label: path for path, label in labels_of(paths).items()}

@@ -177,8 +177,8 @@ class Results:
             When there is no such column.
         """
         rows = self.rows(columns)
-        wanted = list(columns) or self._default_columns()
-        return pd.DataFrame({name: [row[name] for row in rows] for name in wanted})
+        chosen = list(columns) or self._default_columns()
+        return pd.DataFrame({name: [row[name] for row in rows] for name in chosen})
 
     def rows(self, columns: Sequence[str] = ()) -> list[dict[str, Any]]:
         """Return what `table` does, as the values of each run by their names, None for none."""
@@ -188,9 +188,9 @@ class Results:
                 choice = f"use {', '.join(self.names)}"
                 remedy = f"did you mean {', '.join(near)}?" if near else choice
                 raise ConfigError("columns", brief(name), "is not the name of one value", remedy)
-        wanted = list(columns) or self._default_columns()
+        chosen = list(columns) or self._default_columns()
         every = ({**run.values, **self.coordinates(run)} for run in self._chosen)
-        return [{name: each.get(name) for name in wanted} for each in every]
+        return [{name: each.get(name) for name in chosen} for each in every]
 
     def _default_columns(self) -> list[str]:
         known = {

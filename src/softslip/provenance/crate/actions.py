@@ -4,6 +4,7 @@ from typing import Any
 
 from softslip.config.fields import value_at
 from softslip.config.stages import STAGES, stage_paths
+from softslip.messages import counted
 from softslip.provenance.crate.contents import Result
 from softslip.provenance.crate.graph import (
     MAIN,
@@ -176,6 +177,4 @@ def _job(graph: Graph, result: Result) -> dict[str, str]:
 
 
 def _counted(count: Any, what: str) -> str:
-    if count is None:
-        return ""
-    return f"{count} {what}" if count == 1 else f"{count} {what}s"
+    return "" if count is None else counted(count, what)

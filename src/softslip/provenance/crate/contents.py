@@ -8,8 +8,8 @@ from pathlib import Path
 
 from softslip.config.scenario import FOLDER, Scenario, load_scenario
 from softslip.errors import ConfigError, DatasetError
+from softslip.files.expected_results import ExpectedResult, expected_results
 from softslip.files.layout import FIGURE
-from softslip.files.products import ExpectedResult, expected_results
 from softslip.files.stamps import check_figure
 from softslip.files.storage import read_dataset
 from softslip.messages import brief, enumerated, file_text

@@ -44,7 +44,7 @@ def check_archive(path: Path) -> None:
     """
     limits = {
         "does not end in .zip": path.suffix != ".zip",
-        "is there already and is no file": os.path.lexists(path) and not path.is_file(),
+        "exists and is not a file": os.path.lexists(path) and not path.is_file(),
     }
     for limit, broken in limits.items():
         if broken:

@@ -269,7 +269,7 @@ def _nearest(values: list[Any], text: str) -> int | None:
     if text in words:
         return words.index(text)
     try:
-        wanted = float(text)
+        number = float(text)
     except ValueError:
         return None
     best: tuple[float, int] | None = None
@@ -277,7 +277,7 @@ def _nearest(values: list[Any], text: str) -> int | None:
         if isinstance(value, bool) or not isinstance(value, int | float):
             continue
         allowed = SAME_NUMBER * abs(value) if isinstance(value, float) else 0.0
-        away = abs(wanted - value)
+        away = abs(number - value)
         if away <= allowed and (best is None or away < best[0]):
             best = away, place
     return None if best is None else best[1]

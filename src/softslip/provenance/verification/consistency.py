@@ -16,8 +16,9 @@ from softslip.config.fields import group
 from softslip.config.parameters import Parameters
 from softslip.config.scenario import Scenario
 from softslip.config.stages import STAGES, stage_ids, stage_paths
+from softslip.files.expected_results import expected_results
 from softslip.files.layout import DATASET, FIGURE
-from softslip.files.products import DATASETS, FITS, TABLES, expected_results, shows_one_run
+from softslip.files.products import DATASETS, FITS, TABLES, shows_one_run
 from softslip.messages import brief, file_text
 from softslip.provenance.archive import Archive, usual_place
 from softslip.provenance.attribution import UNKNOWN
@@ -138,13 +139,13 @@ class Consistency:
         parents = [(before, ids[before])] if before else []
         if [(each.stage, each.run) for each in product.parents] != parents:
             yield f"does not name its one parent, {' '.join(parents[0]) if parents else 'none'}"
-        wanted = {
+        expected = {
             "parent": ids[before] if before else "",
             "mean_radius": stated.suspension.mean_radius,
             "area_fraction": stated.suspension.area_fraction,
         }
         marks = self.examined[product.path].marks
-        for key, value in wanted.items():
+        for key, value in expected.items():
             if key not in marks or marks[key] != value:
                 yield f"its {key} is {brief(marks.get(key))}, but its parameters say {brief(value)}"
         seed = product.provenance.get("seed")

@@ -8,7 +8,7 @@ from typing import Any
 import softslip
 from softslip.config.scenario import Scenario
 from softslip.errors import DatasetError
-from softslip.files.products import expected_results
+from softslip.files.expected_results import expected_results
 from softslip.messages import file_text
 from softslip.provenance.archive import UNREADABLE, Archive
 from softslip.provenance.environment import environment

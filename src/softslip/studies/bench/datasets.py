@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from softslip.files.quantities import QUANTITIES
 from softslip.studies.meanings import attributes
 
 ELEMENT_COSTS = {
@@ -41,7 +42,7 @@ UNITS = {
     "evaluations": ("1 / time unit", "evaluations of the equations of motion per simulated time"),
     "duration": ("time unit", "simulated time that the cost is taken over"),
     "stretch": ("time unit", "simulated time that the rates are means over"),
-    "shear_rate_wall": ("1 / time unit", "apparent shear rate"),
+    "shear_rate_wall": QUANTITIES["shear_rate_wall"],
     "rate_difference": ("1", "relative difference of the apparent shear rates"),
     "exponent": ("1", "exponent of the time of an evaluation in the number of particles"),
     "nanoseconds": ("ns", "time per node and evaluation"),
@@ -49,9 +50,7 @@ UNITS = {
     "memory_ratio": ("1", "peak memory of the paper's scheme over that of the level"),
     "stress": ("stress unit", "imposed stress"),
     "time": ("time unit", "time since the stress began, at the end of the record's interval"),
-    "shear_rate_bulk": ("1 / time unit", "true shear rate, slope of the mean velocity profile"),
-    "slip_velocity": ("length unit / time unit", "slip velocity, mean of both walls"),
-    "film_thickness": ("length unit", "smallest distance between points of two bodies"),
+    **{name: QUANTITIES[name] for name in ("shear_rate_bulk", "slip_velocity", "film_thickness")},
     "grid_difference": ("1", "rms difference of the mesh scheme from the level, relative"),
     "seed_difference": ("1", "rms difference of a second packing from the first, relative"),
     "difference_ratio": ("1", "rms difference of the schemes over that of two packings"),

@@ -19,12 +19,8 @@ from softslip.studies.tradeoff.members import LEVEL, Member, parameters_of
 from softslip.studies.tradeoff.tradeoff_design import TradeoffDesign
 from softslip.studies.tradeoff.tradeoff_scenes import aged_packing
 
-RATES = {
-    "slip_velocity": ("length unit / time unit", "slip velocity, mean of both walls"),
-    "shear_rate_wall": ("1 / time unit", "apparent shear rate, relative wall speed over H"),
-    "shear_rate_bulk": ("1 / time unit", "true shear rate, slope of the mean velocity profile"),
-}
-"""Observables that are judged, with units and meanings."""
+RATES = ("slip_velocity", "shear_rate_wall", "shear_rate_bulk")
+"""Observables that are judged."""
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from softslip.config.parameters import Parameters
+from softslip.files.quantities import QUANTITIES
 from softslip.simulation.trajectory import Advanced
 from softslip.solver.geometry import FloatArray, Layout
 from softslip.solver.membrane import membrane_areas
@@ -24,7 +25,7 @@ COUNTS = {
     "steps": ("1 / time unit", "steps per simulated time"),
     "evaluations": ("1 / time unit", "evaluations of the equations of motion per simulated time"),
     "rejections": ("1", "trial steps that were repeated shorter"),
-    "area_deviation": ("1", "largest relative change of any particle's area"),
+    "area_deviation": QUANTITIES["area_deviation"],
     "evaluation_time": ("s", "least time of one evaluation, in turn with the reference"),
 }
 """Units and meanings of what a scene gives one number for, at the records that count."""
@@ -43,7 +44,7 @@ class MemberRun:
     Attributes
     ----------
     series
-        Means of `QUANTITIES` over the records.
+        Means of `interval_means.QUANTITIES` over the records.
     counts
         `COUNTS` but for the time of an evaluation.
     velocity, marker

@@ -9,6 +9,7 @@ import xarray as xr
 
 from softslip.config.fidelity import LEVELS
 from softslip.files.conventions import FLAG_ATTRIBUTES
+from softslip.files.quantities import QUANTITIES
 from softslip.solver.films import REFERENCE_MESH_SIZE
 from softslip.solver.geometry import BoolArray, FloatArray
 from softslip.solver.mobility.grid import regularisation_length
@@ -37,7 +38,7 @@ VARIABLES: dict[str, tuple[str, str]] = {
         "1",
         "rms error of the markers' positions after the short window, over σ_LJ",
     ),
-    "area_deviation": ("1", "largest relative change of any particle's area"),
+    "area_deviation": QUANTITIES["area_deviation"],
     "cost": ("s / time unit", "processor time per simulated time"),
     "cost_ratio": ("1", "cost over that of the level 'standard' in the same job"),
     "steps": ("1 / time unit", "steps per simulated time, mean of the scenes"),
