@@ -89,10 +89,10 @@ def test_a_scenario_shows_its_runs_with_their_states(inside: Path) -> None:
 
 def test_a_folder_is_enough(inside: Path, tmp_path: Path) -> None:
     sent = Path(shutil.copytree("results/desk", tmp_path / "sent"))
-    told = json.loads(done("query", sent, "run != 'zz'", "--json"))
-    assert told["folder"] == str(sent)
-    assert [run["stress"] for run in told["runs"]] == [0.1, 0.3]
-    assert all(run["state"] == "done" and run["core_seconds"] > 0 for run in told["runs"])
+    recorded = json.loads(done("query", sent, "run != 'zz'", "--json"))
+    assert recorded["folder"] == str(sent)
+    assert [run["stress"] for run in recorded["runs"]] == [0.1, 0.3]
+    assert all(run["state"] == "done" and run["core_seconds"] > 0 for run in recorded["runs"])
     assert "1 run\n" in done("query", sent, "stress == 0.3")
     assert "0 runs" in done("query", sent, "stress == 0.5")
 

@@ -137,8 +137,8 @@ def main() -> None:
             faults += len(bad)
             seen |= {name for _, name, _ in found - bad}
             print(f"{crate.name}: {profile}: {len(bad)} issues, {len(found - bad)} as listed")
-            for severity, name, told in sorted(bad, key=str):
-                print(f"    {severity.name}: {name}: {told}")
+            for severity, name, recorded in sorted(bad, key=str):
+                print(f"    {severity.name}: {name}: {recorded}")
     for name in sorted(seen):
         print(f"not followed: {name}: {allowed[name]}")
     # A recommendation that is followed after all must leave the list.

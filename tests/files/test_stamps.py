@@ -119,9 +119,9 @@ def test_labels_changed_with_right_checksums_are_not_missed(figure, tmp_path):
 
 def test_a_picture_under_other_labels_is_not_missed(picture, tmp_path):
     """As by somebody who knows how to seal: the picture is not the one of the labels."""
-    told = unsealed({"run": "demo", CONTENT_DIGEST: content_digest(picture, {"run": "other"})})
+    recorded = unsealed({"run": "demo", CONTENT_DIGEST: content_digest(picture, {"run": "other"})})
     path = tmp_path / "forged.png"
-    path.write_bytes(sealed(with_text(picture, {"Description": told})))
+    path.write_bytes(sealed(with_text(picture, {"Description": recorded})))
     assert read_labels(path)["run"] == "demo"
     with pytest.raises(DatasetError, match="has been altered"):
         check_figure(path)
@@ -133,9 +133,9 @@ def test_figures_of_others_have_no_labels(picture, tmp_path, suffix):
     line().savefig(path)
     with pytest.raises(DatasetError, match="no figure with labels"):
         read_labels(path)
-    (tmp_path / "told.png").write_bytes(with_text(picture, {"Description": json.dumps({})}))
+    (tmp_path / "recorded.png").write_bytes(with_text(picture, {"Description": json.dumps({})}))
     with pytest.raises(DatasetError, match="does not say what it was made from"):
-        read_labels(tmp_path / "told.png")
+        read_labels(tmp_path / "recorded.png")
     with pytest.raises(DatasetError, match="cannot be read"):
         read_labels(tmp_path / f"missing{suffix}")
 

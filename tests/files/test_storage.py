@@ -75,8 +75,8 @@ def test_files_say_what_they_are(written):
 
 def test_what_a_dataset_says_of_itself_goes_before_what_is_said_of_its_kind(dataset, tmp_path):
     path = tmp_path / "run.nc"
-    told = dataset.assign_attrs(summary="its own words", stage="other", date_created="long ago")
-    write_dataset(told, path, stage="toy", run="abc", title="A run")
+    recorded = dataset.assign_attrs(summary="its own words", stage="other", date_created="long ago")
+    write_dataset(recorded, path, stage="toy", run="abc", title="A run")
     read = read_dataset(path, stage="toy")
     assert read.attrs["summary"] == "its own words"
     assert read.attrs["date_created"] != "long ago"

@@ -14,8 +14,8 @@ pytestmark = pytest.mark.reliability
 def deaths(chain: Chain, folder: Path, stage: str, words: tuple[object, ...]) -> list[dict]:
     """Return every death that there is: before, within and after each call of a whole run."""
     log = folder / "calls"
-    told = {"at_boundaries": {"log": str(log)}}
-    outcome = chain.run(folder / "counted", stage, *words, sabotage=told)
+    recorded = {"at_boundaries": {"log": str(log)}}
+    outcome = chain.run(folder / "counted", stage, *words, sabotage=recorded)
     assert outcome.status == 0, outcome.said
     found = []
     for number, line in enumerate(log.read_text().splitlines()):
@@ -49,7 +49,7 @@ def test_killed_at_each_boundary(
         counts["killed"] += 1
         chain.check_folder(folder, stage, deaths=1)
         again = chain.finish(folder, stage, *words)
-        counts["gone on"] += "resuming from" in again.said
+        counts["resumed"] += "resuming from" in again.said
         assert len(list(folder.rglob("*.part"))) <= 1
     if stage in KEPT:
-        assert counts["gone on"] > 0, "no death left a checkpoint"
+        assert counts["resumed"] > 0, "no death left a checkpoint"

@@ -91,4 +91,4 @@ def test_no_damage_to_a_checkpoint_is_believed(
             damaged_path = folder / pristine.relative_to(tmp_path / "run")
             shutil.copyfile(path, damaged_path)
             assert "it is removed" in chain.finish(folder, stage).said
-            counts["begun anew"] += 1
+            counts["restarted"] += 1

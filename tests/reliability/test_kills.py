@@ -67,7 +67,7 @@ def test_killed_at_random(chain: Chain, tmp_path: Path, tally, stage: str, kills
         # On a busy machine all takes longer: four deaths to one end, in the long run.
         reach *= 1.1 if outcome.killed else 0.7
         steps.look(outcome.said)
-        counts["gone on"] += "resuming from" in outcome.said
+        counts["resumed"] += "resuming from" in outcome.said
         if outcome.killed:
             counts["killed"] += 1
             since += 1
@@ -84,4 +84,4 @@ def test_killed_at_random(chain: Chain, tmp_path: Path, tally, stage: str, kills
     counts["steps repeated"] += steps.repeated
     if kills[stage] > 20:
         assert counts["finished"] > 2, "all died before they had done anything"
-        assert counts["gone on"] >= (kills[stage] // 6 if stage in KEPT else 0)
+        assert counts["resumed"] >= (kills[stage] // 6 if stage in KEPT else 0)

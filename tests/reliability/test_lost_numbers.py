@@ -294,4 +294,4 @@ def test_what_was_kept_is_sound(
     assert health.check_finite(scene[1]) is None
     assert hydrodynamics.shear(aged, given, checkpointer=checkpointer()).identical(whole)
     assert "resuming from" in said[0]
-    tally("checkpoints of runs that lost numbers")["gone on"] += 1
+    tally("checkpoints of runs that lost numbers")["resumed"] += 1

@@ -41,7 +41,7 @@ def test_a_signal_at_work_leaves_a_checkpoint(
     again = chain.finish(tmp_path, stage, "--resume")
     assert f"resuming from {checkpoint.name}" in again.said
     assert [path.suffix for path in tmp_path.rglob("*") if path.is_file()].count(".nc") == 1
-    counts["stopped and gone on"] += 1
+    counts["stopped and resumed"] += 1
 
 
 @pytest.mark.parametrize(

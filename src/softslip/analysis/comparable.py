@@ -26,8 +26,8 @@ def unlike(dataset: xr.Dataset, at: Mapping[str, Any] | None = None) -> tuple[tu
     tuple of (str, Any)
         Name of the dimension, which the parameter is or would be, and value.
     """
-    told = json.loads(str(dataset.attrs.get("parameters", "{}")))
-    base, axes = told.get("base", {}), told.get("axes")
+    recorded = json.loads(str(dataset.attrs.get("parameters", "{}")))
+    base, axes = recorded.get("base", {}), recorded.get("axes")
     single = {str(name): each.item() for name, each in dataset.coords.items() if each.ndim == 0}
     known = single | dict(at or {})
     values: dict[str, Any] = {}

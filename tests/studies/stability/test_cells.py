@@ -115,12 +115,12 @@ def test_groups_become_one_map_in_its_order():
     design = SMALL_MAP.model_copy(
         update={"duration": 0.02, "stresses": (0.3,), "wall_stiffnesses": (2e4, 2e6)}
     )
-    told = []
-    stiff = measure_group("wall_stiffness", design, told.append)
+    recorded = []
+    stiff = measure_group("wall_stiffness", design, recorded.append)
     together = gather([stiff, measure_group("stress", design)])
     assert list(dict.fromkeys(together["group"].values)) == ["stress", "wall_stiffness"]
     assert together.attrs["cells"] == 6 == together.sizes["cell"]
-    assert len(told) == 4
+    assert len(recorded) == 4
     # Only the mesh's steps are too long for the stiffest walls.
     assert (together.attrs["correct"], together.attrs["stopped"]) == (5, 1)
     assert "time_stepping.step" in str(together["message"].values[-1])

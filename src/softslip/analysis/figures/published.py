@@ -34,16 +34,16 @@ def keep(axes: Axes, panel: str, name: str, number: Reported) -> None:
     show(axes, panel, f"{name.replace('_', ' ')} of the paper", points)
 
 
-def mark_level(axes: Axes, panel: str, name: str, number: Reported, *, told: bool = True) -> None:
+def mark_level(axes: Axes, panel: str, name: str, number: Reported, *, labelled: bool = True) -> None:
     """Draw one of the paper's numbers as a level of the vertical axis, with its error as a band.
 
-    ``told`` is whether it is written there, too.
+    ``labelled`` is whether it is written there, too.
     """
     keep(axes, panel, name, number)
     error = number.uncertainty or 0.0
     axes.axhspan(number.value - error, number.value + error, color="0.85", linewidth=0, zorder=0)
     axes.axhline(number.value, color=GREY, linewidth=0.8, linestyle=DASHED, zorder=0.5)
-    if not told:
+    if not labelled:
         return
     axes.annotate(
         f"paper: {as_text(number)}",

@@ -83,8 +83,8 @@ def flow_curves(dataset: xr.Dataset, fits: xr.Dataset) -> Figure:
             arrows += _draw_curves(panel, cell, family, name, flag)
             panel.set_xlabel(f"{label} [1 / time unit]")
             if comparable:
-                told = name == "shear_rate_bulk"
-                mark_level(panel, name, "yield_stress", paper.YIELD_STRESS, told=told)
+                labelled = name == "shear_rate_bulk"
+                mark_level(panel, name, "yield_stress", paper.YIELD_STRESS, labelled=labelled)
         axes[0].set_ylabel(above(title, r"shear stress $\sigma$ [stress unit]"))
     _share_axes(panels)
     for (_, chosen), axes in zip(rows, panels, strict=True):
@@ -238,14 +238,14 @@ def _keep_fit(
         "shear_stress_low": Quantity(bottom, "stress unit"),
         "shear_stress_high": Quantity(top, "stress unit"),
     }
-    show(axes, "shear_rate_bulk", law, _told(curve), cell)
+    show(axes, "shear_rate_bulk", law, _labelled(curve), cell)
     names = [f"{name}{end}" for name in ("yield_stress", "flow_index") for end in ("", "_error")]
     said = {name: quantity(fits[f"pooled_{name}"]) for name in names}
     points = {name: each._replace(values=[float(each.values)]) for name, each in said.items()}
-    show(axes, "shear_rate_bulk", f"{law}: parameters", _told(points), cell)
+    show(axes, "shear_rate_bulk", f"{law}: parameters", _labelled(points), cell)
 
 
-def _told(points: dict[str, Quantity]) -> dict[str, Quantity]:
+def _labelled(points: dict[str, Quantity]) -> dict[str, Quantity]:
     """Return quantities with their names as their meanings."""
     return {key: each._replace(meaning=key.replace("_", " ")) for key, each in points.items()}
 
