@@ -96,7 +96,10 @@ def test_a_renamed_folder_is_of_the_scenario_that_its_tables_name(tmp_path: Path
 @pytest.mark.parametrize(
     ("words", "parts"),
     [
-        (("verify", "results/none"), ("results/none", "is no folder", "results/demo")),
+        (
+            ("verify", "results/none"),
+            ("results/none", "nor a folder or file that exists", "results/demo"),
+        ),
         (("status", "config"), ("config/config.yaml", "--results config")),
         (("status", "results/demo", "--results", "results/demo"), ("is given with a folder",)),
         (("trace", "config"), ("figures/fig5.png", "flow_curve.nc", "snakemake")),

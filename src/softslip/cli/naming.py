@@ -138,7 +138,7 @@ def not_there(given: str) -> ConfigError:
     return ConfigError(
         "folder",
         brief(given),
-        "is neither a scenario's name nor a folder or file",
+        "is neither a scenario's name nor a folder or file that exists",
         "give a scenario such as demo, a folder such as results/demo, or a file in it",
     )
 

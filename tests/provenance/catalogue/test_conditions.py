@@ -129,7 +129,7 @@ REFUSED = {
     "seed == 2 and rougness == 1": r"asks for rougness, which is unknown at character 15",
     "qqq == 1": "the names are dirty, host",
     "wall.rough == 1": r"did you mean wall\.roughness",
-    "stress": "stands alone and is no flag",
+    "stress": "stands alone and is not a flag",
     "'text'": "something else than comparisons of names and values",
     "3": "something else than comparisons of names and values",
     "stress > 'a'": "compares 0.3, a number, with 'a', a text",

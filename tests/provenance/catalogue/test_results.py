@@ -122,7 +122,7 @@ def test_the_table_lists_run_swept_values_and_state(results):
 )
 def test_queries_choose_runs(results, text, wanted):
     if wanted is None:
-        with pytest.raises(ConfigError, match="stands alone and is no flag"):
+        with pytest.raises(ConfigError, match="stands alone and is not a flag"):
             results.query(text)
     else:
         assert stresses(results.query(text)) == wanted
