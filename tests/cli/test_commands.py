@@ -22,7 +22,7 @@ base:
   hydrodynamics: {resolution: 2048}
   suspension: {area_fraction: 0.7}
   time_stepping: {step: 0.002, ageing_time: 0.02, shear_time: 0.2}
-  recording: {snapshots: [0.1], profiles: 2}
+  recording: {snapshots: [0.1], profile_interval: 0.1}
 axes:
   rheometer.stress: [0.1, 0.5]
 """

@@ -28,7 +28,7 @@ base:
   expansion: {ramp_steps: 500, relaxation_steps: 200, growth_nodes: 24}
   time_stepping: {ageing_time: 0.1, shear_time: 0.2, longest_step: 0.05}
   recording:
-    {snapshots: [0.1], bulk_margin: null, stride: 2, profiles: 2, samples_per_decade: 2}
+    {snapshots: [0.1], bulk_margin: null, stride: 2, profile_interval: 0.1, samples_per_decade: 2}
 axes:
   rheometer.stress: [0.1, 0.3, 0.5]
 """
@@ -173,7 +173,7 @@ def test_figures_of_real_runs_are_exported(inside: Path, tmp_path: Path, name: s
         (("results/desk", "--table", "fits", "--output", "out.nc"), "use one of flow_curve"),
         (("results/desk", "stress > 9", "--output", "out.nc"), "none of the runs was chosen"),
         (("results/desk", "--results", "results/desk"), "is given with a folder"),
-        (("results/none",), "is no folder"),
+        (("results/none",), "nor a folder or file that exists"),
         (("none",), "is not in the folder config"),
         (("results/desk/figures",), "holds no run"),
     ],

@@ -616,7 +616,7 @@ BOMBS = {
         for path in (
             "seed",
             "recording.stride",
-            "recording.profiles",
+            "recording.profile_interval",
             "packing.equilibration_steps",
         )
     ),

@@ -110,7 +110,7 @@ def chain(aged):
     kept = scenes.parameters(
         rheometer={"stress": 0.5},
         time_stepping={"shear_time": 0.05},
-        recording={"snapshots": [0.02, 0.05], "profiles": 3},
+        recording={"snapshots": [0.02, 0.05], "profile_interval": 0.02},
     )
     packed = pack(few)
     found = {"packing": packed, "expansion": expand(packed, few), "ageing": aged}

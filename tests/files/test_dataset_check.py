@@ -80,7 +80,7 @@ def datasets(aged, tmp_path_factory):
     kept = scenes.parameters(
         rheometer={"stress": 0.5},
         time_stepping={"shear_time": 0.05},
-        recording={"snapshots": [0.02, 0.05], "profiles": 3},
+        recording={"snapshots": [0.02, 0.05], "profile_interval": 0.02},
     )
     runs = sweep(
         STRESSES, ROUGHNESSES, missing={(0.15, 0.59, 1)}, duration=1000.0, noise=0.03, profiles=4

@@ -12,12 +12,19 @@ from softslip.solver.suspension import Suspension
 
 
 @given(st.integers(0, 20000), st.integers(1, 200), st.integers(1, 5000))
-def test_interval_ends_rise_from_zero_to_the_last_step(steps, per_decade, longest):
+def test_interval_ends_rise_from_zero_up_to_the_last_step(steps, per_decade, longest):
     edges = interval_edges(steps, per_decade, longest)
     assert edges[0] == 0
-    assert edges[-1] == steps
+    assert steps - longest < edges[-1] <= steps
     assert np.all(np.diff(edges) >= 1)
     assert np.diff(edges).max(initial=0) <= longest
+
+
+@given(st.integers(0, 2000), st.integers(0, 2000), st.integers(1, 200), st.integers(1, 500))
+def test_interval_ends_do_not_depend_on_how_long_the_stage_is(steps, more, per_decade, longest):
+    edges = interval_edges(steps, per_decade, longest)
+    longer = interval_edges(steps + more, per_decade, longest)
+    assert edges.tolist() == longer[longer <= steps].tolist()
 
 
 @given(st.integers(1, 60))
@@ -72,11 +79,12 @@ class Instant:
         self.step, self.time = step, time
 
 
-def recorder_of(signal, steps, stride=1, profiles=20, per_decade=30, longest=1.0):
+def recorder_of(signal, steps, stride=1, share=20, per_decade=30, longest=1.0):
+    """A recorder whose profiles are means over ``share`` steps."""
     given = scenes.parameters(
         recording={
             "stride": stride,
-            "profiles": profiles,
+            "profile_interval": share * scenes.parameters().time_stepping.step,
             "samples_per_decade": per_decade,
             "longest_interval": longest,
         }
@@ -104,6 +112,11 @@ def uneven(recorder, seed):
     return times
 
 
+def ended(edges, steps):
+    """Edges of intervals with the last one cut off at the end of the stage."""
+    return np.union1d(edges, [steps])
+
+
 def intervals(dataset, name="time"):
     ends = dataset[name].values
     return list(zip(np.append(0.0, ends[:-1]), ends, strict=True))
@@ -114,7 +127,7 @@ def test_records_are_the_means_of_their_intervals(steps, per_decade, longest, st
     dataset, observer, time_step = recorded(
         steps, per_decade=per_decade, longest=longest, stride=stride
     )
-    edges = interval_edges(steps, per_decade, max(round(longest / time_step), 1))
+    edges = ended(interval_edges(steps, per_decade, max(round(longest / time_step), 1)), steps)
     assert dataset["time"].values.tolist() == (edges[1:] * time_step).tolist()
     assert dataset["interval"].values == pytest.approx(np.diff(edges) * time_step, rel=1e-9)
     for record, (start, end) in enumerate(intervals(dataset)):
@@ -123,31 +136,27 @@ def test_records_are_the_means_of_their_intervals(steps, per_decade, longest, st
             assert dataset[name].values[record] == pytest.approx(wanted, rel=1e-11, abs=1e-13)
 
 
-@given(st.integers(1, 200), st.integers(1, 60), st.integers(1, 50))
-def test_profiles_are_the_means_of_equal_shares(steps, profiles, stride):
-    dataset, observer, time_step = recorded(steps, profiles=profiles, stride=stride)
-    shares = dataset["profile_time"].values / time_step
-    assert len(shares) == min(profiles, steps)
-    assert dataset["profile_time"].values[-1] == steps * time_step
-    widths = np.diff(np.append(0.0, shares))
-    assert np.abs(shares - np.round(shares)).max() <= 1e-9, "a share ends between two steps"
-    assert np.ptp(widths) <= 1 + 1e-9
-    for share, (start, end) in enumerate(intervals(dataset, "profile_time")):
+@given(st.integers(1, 200), st.integers(1, 300), st.integers(1, 50))
+def test_profiles_are_the_means_of_equal_shares(steps, share, stride):
+    dataset, observer, time_step = recorded(steps, share=share, stride=stride)
+    edges = ended(np.arange(0, steps + 1, share), steps)
+    assert dataset["profile_time"].values.tolist() == (edges[1:] * time_step).tolist()
+    for index, (start, end) in enumerate(intervals(dataset, "profile_time")):
         wanted = observer.mean("velocity_profile", start, end)
-        assert dataset["velocity_profile"].values[share] == pytest.approx(wanted, abs=1e-12)
+        assert dataset["velocity_profile"].values[index] == pytest.approx(wanted, abs=1e-12)
 
 
-@given(st.integers(1, 300), st.integers(1, 50), st.integers(1, 30))
-def test_a_stride_leaves_out_samples_but_no_end_of_an_interval(steps, stride, profiles):
-    dataset, observer, time_step = recorded(steps, stride=stride, profiles=profiles)
+@given(st.integers(1, 300), st.integers(1, 50), st.integers(1, 300))
+def test_a_stride_leaves_out_samples_but_no_end_of_an_interval(steps, stride, share):
+    dataset, observer, time_step = recorded(steps, stride=stride, share=share)
     ends = np.union1d(dataset["time"].values, dataset["profile_time"].values)
     wanted = np.union1d(ends, np.arange(0, steps + 1, stride) * time_step)
     assert observer.seen == wanted.tolist()
 
 
-@given(st.integers(1, 200), st.integers(1, 30), st.integers(1, 9), st.integers(0, 2**31))
-def test_means_of_linear_signals_are_exact_whatever_the_steps(steps, profiles, stride, seed):
-    recorder, _, _ = recorder_of(linear, steps, profiles=profiles, stride=stride)
+@given(st.integers(1, 200), st.integers(1, 200), st.integers(1, 9), st.integers(0, 2**31))
+def test_means_of_linear_signals_are_exact_whatever_the_steps(steps, share, stride, seed):
+    recorder, _, _ = recorder_of(linear, steps, share=share, stride=stride)
     for step, time in enumerate(uneven(recorder, seed)):
         recorder.visit(Instant(step, time), None)
     dataset = recorder.dataset()
@@ -164,7 +173,7 @@ def test_means_of_linear_signals_are_exact_whatever_the_steps(steps, profiles, s
 
 @given(st.integers(2, 100), st.integers(0, 2**31))
 def test_the_last_state_counts_with_half_its_step(steps, seed):
-    recorder, _, _ = recorder_of(wavy, steps, profiles=1)
+    recorder, _, _ = recorder_of(wavy, steps, share=steps)
     times = uneven(recorder, seed)
 
     def pulse(time):
@@ -180,9 +189,9 @@ def test_the_last_state_counts_with_half_its_step(steps, seed):
     assert not dataset["stress"].values[:-1].any()
 
 
-@given(st.integers(1, 300), st.integers(1, 30), st.floats(0.002, 0.4))
-def test_stops_are_the_ends_of_all_intervals_and_the_snapshots(steps, profiles, longest):
-    given = scenes.parameters(recording={"profiles": profiles, "longest_interval": longest})
+@given(st.integers(1, 300), st.floats(0.02, 0.6), st.floats(0.002, 0.4))
+def test_stops_are_the_ends_of_all_intervals_and_the_snapshots(steps, share, longest):
+    given = scenes.parameters(recording={"profile_interval": share, "longest_interval": longest})
     step = given.time_stepping.step
     snapshots = [0.0, 0.4 * steps * step, steps * step]
     recorder = Recorder(given, steps, None, Scripted(wavy), snapshots)
@@ -193,7 +202,7 @@ def test_stops_are_the_ends_of_all_intervals_and_the_snapshots(steps, profiles, 
     edges = interval_edges(steps, 30, max(round(longest / step), 1))
     assert set(edges[1:]) <= set(units)
     assert round(0.4 * steps) in {0, *units}
-    assert len(units) <= len(edges) - 1 + profiles + 2
+    assert len(units) <= len(edges) - 1 + steps // round(share / step) + 2
 
 
 def test_wall_rate_is_bulk_rate_and_slip(sheared, smooth):

@@ -18,7 +18,7 @@ base:
   packing: {equilibration_steps: 500}
   expansion: {ramp_steps: 500, relaxation_steps: 200, growth_nodes: 24}
   time_stepping: {ageing_time: 0.2, shear_time: 0.5, longest_step: 0.05}
-  recording: {snapshots: [0.25], bulk_margin: null, stride: 2, profiles: 2}
+  recording: {snapshots: [0.25], bulk_margin: null, stride: 2, profile_interval: 0.25}
 """
 """Eight particles: a fraction of a second a stage."""
 

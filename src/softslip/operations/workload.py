@@ -99,7 +99,7 @@ def stored(stage: str, parameters: Parameters) -> float:
     stepping = parameters.time_stepping
     records = float(_records(parameters)[1].sum())
     heights = channel.height * parameters.hydrodynamics.resolution / 2
-    profiles = min(recording.profiles, stepping.shear_time / stepping.step)
+    profiles = stepping.shear_time / max(recording.profile_interval, stepping.step)
     spacing = recording.field_spacing * parameters.suspension.mean_radius
     field = channel.length * channel.height / spacing**2
     snapshots = len(recording.snapshots) * 2 * (nodes(parameters) + field)

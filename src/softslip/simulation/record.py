@@ -15,16 +15,17 @@ from softslip.solver.suspension import Evaluation, Suspension
 
 
 def interval_edges(steps: int, per_decade: int, longest: int) -> IntArray:
-    """Return the steps at which record intervals end, from 0 to ``steps``.
+    """Return the steps at which record intervals end, from 0 on: those up to ``steps``.
 
     The ends grow geometrically, ``per_decade`` to a decade, until intervals reach ``longest``
-    steps, and are equally spaced from there on.
+    steps, and are equally spaced from there on. They do not depend on ``steps``, so that a longer
+    run records the same.
     """
-    edges = [0]
-    while edges[-1] < steps:
-        geometric = int(np.ceil(edges[-1] * 10 ** (1 / per_decade)))
-        width = min(max(geometric - edges[-1], 1), longest)
-        edges.append(min(edges[-1] + width, steps))
+    edges, end = list[int](), 0
+    while end <= steps:
+        edges.append(end)
+        geometric = int(np.ceil(end * 10 ** (1 / per_decade)))
+        end += min(max(geometric - end, 1), longest)
     return np.array(edges, dtype=np.int64)
 
 
@@ -40,40 +41,60 @@ def _rows(memory: Sample, name: str, most: int) -> list[Sample]:
 
 
 class _Mean:
-    """Time average of samples since the last `take`, by the trapezoidal rule."""
+    """Time average of samples since the last `take`, by the trapezoidal rule.
+
+    Attributes
+    ----------
+    time
+        Of the latest sample.
+    """
 
     def __init__(self) -> None:
-        self._start = self._time = 0.0
+        self._start = self.time = 0.0
         self._last: Sample = {}
         self._integral: Sample = {}
 
     def add(self, time: float, sample: Sample) -> None:
         if self._last:
-            half = 0.5 * (time - self._time)
+            half = 0.5 * (time - self.time)
             for name, value in sample.items():
                 area = half * (self._last[name] + value)
                 self._integral[name] = self._integral.get(name, 0.0) + area
-        self._time, self._last = time, sample
+        self.time, self._last = time, sample
 
     def memory(self) -> Sample:
         """Return all that the average needs to resume, as arrays by name."""
-        times = {"times": np.array([self._start, self._time])}
+        times = {"times": np.array([self._start, self.time])}
         return times | under("last", self._last) | under("integral", self._integral)
 
     def restore(self, memory: Sample) -> None:
         """Resume from a `memory`."""
-        self._start, self._time = (float(time) for time in memory["times"])
+        self._start, self.time = (float(time) for time in memory["times"])
         self._last, self._integral = below(memory, "last"), below(memory, "integral")
 
     def take(self) -> Sample:
-        width = self._time - self._start
-        means = {name: area / width for name, area in self._integral.items()}
-        self._start, self._integral = self._time, {}
+        means = self.means()
+        self._start, self._integral = self.time, {}
         return means
+
+    def means(self) -> Sample:
+        """Return the averages since the last `take`, none where no time has passed."""
+        width = self.time - self._start
+        return {name: area / width for name, area in self._integral.items()}
+
+
+def _with_rest(
+    rows: list[Sample], edges: FloatArray, mean: _Mean
+) -> tuple[list[Sample], FloatArray]:
+    """Return rows with the edges of their intervals, the mean of one cut off at the end included."""
+    edges, rest = edges[: len(rows) + 1], mean.means()
+    return ([*rows, rest], np.append(edges, mean.time)) if rest else (rows, edges)
 
 
 class Recorder:
     """Collects interval means, profiles and snapshots of one stage.
+
+    The intervals do not depend on how long the stage is, but that its end cuts off the last ones.
 
     Parameters
     ----------
@@ -100,20 +121,21 @@ class Recorder:
         recording, unit = parameters.recording, parameters.time_stepping.step
         longest = max(round(recording.longest_interval / unit), 1)
         edges = interval_edges(steps, recording.samples_per_decade, longest)
-        shares = np.linspace(0, steps, min(recording.profiles, steps) + 1)
-        profile_edges = np.ceil(shares).astype(np.int64)
+        share = max(round(recording.profile_interval / unit), 1)
+        profile_edges = np.arange(0, steps + 1, share, dtype=np.int64)
         shots = np.minimum(np.round(np.asarray(snapshots) / unit).astype(np.int64), steps)
         self._edges, self._profile_edges = edges * unit, profile_edges * unit
         self._snapshot_times = set((shots * unit).tolist())
-        stops = np.union1d(np.union1d(edges, profile_edges), shots)
+        stops = np.union1d(np.union1d(edges, profile_edges), np.append(shots, steps))
         self.stops: FloatArray = stops[stops > 0] * unit
+        self._end = steps * unit
         self._stride = recording.stride
         self._spacing = recording.field_spacing * parameters.suspension.mean_radius
         self._suspension = suspension
         self._observer = observer
         self._mean, self._profile = _Mean(), _Mean()
         self._records: list[Sample] = []
-        self._profiles: list[FloatArray] = []
+        self._profiles: list[Sample] = []
         self._snapshots: list[Sample] = []
 
     def visit(self, state: State, evaluation: Evaluation) -> None:
@@ -121,16 +143,37 @@ class Recorder:
         time = state.time
         record_ends = time in self._edges[len(self._records) + 1 :][:1]
         profile_ends = time in self._profile_edges[len(self._profiles) + 1 :][:1]
-        if state.step % self._stride == 0 or record_ends or profile_ends:
+        if state.step % self._stride == 0 or record_ends or profile_ends or time == self._end:
             values = self._observer.measure(state, evaluation)
             self._profile.add(time, {"velocity_profile": values.pop("velocity_profile")})
             self._mean.add(time, values)
         if record_ends:
             self._records.append(self._mean.take())
         if profile_ends:
-            self._profiles.append(self._profile.take()["velocity_profile"])
+            self._profiles.append(self._profile.take())
         if time in self._snapshot_times:
             self._snapshots.append(self._snapshot(state, evaluation))
+
+    @property
+    def at_edge(self) -> bool:
+        """Whether the latest state ends a record that a longer stage has too."""
+        return bool(self._edges[len(self._records)] == self._mean.time)
+
+    def series(self, name: str) -> tuple[FloatArray, FloatArray]:
+        """Return the edges of the records so far, and an observable's means between them.
+
+        Parameters
+        ----------
+        name
+            Of a scalar observable of `Observer`.
+
+        Raises
+        ------
+        KeyError
+            When it is not recorded.
+        """
+        means = np.array([float(record[name]) for record in self._records])
+        return self._edges[: means.size + 1], means
 
     def memory(self) -> Sample:
         """Return all that was recorded so far, as arrays by name, for `restore`."""
@@ -139,7 +182,7 @@ class Recorder:
             columns = {key: np.array([row[key] for row in rows]) for key in (rows[:1] or [{}])[0]}
             tables |= under(name, columns | {"count": np.asarray(len(rows))})
         if self._profiles:
-            tables["profiles"] = np.array(self._profiles)
+            tables["profiles"] = np.array([row["velocity_profile"] for row in self._profiles])
         return (
             tables | under("mean", self._mean.memory()) | under("profile", self._profile.memory())
         )
@@ -157,7 +200,7 @@ class Recorder:
         profiles = memory.get("profiles", np.empty((0, self._observer.heights.size)))
         if profiles.ndim != 2 or profiles.shape[1] != self._observer.heights.size:
             raise ValueError(f"profiles has shape {profiles.shape}")
-        self._profiles = list(profiles)
+        self._profiles = [{"velocity_profile": profile} for profile in profiles]
         self._mean.restore(below(memory, "mean"))
         self._profile.restore(below(memory, "profile"))
 
@@ -179,22 +222,27 @@ class Recorder:
         }
 
     def dataset(self) -> xr.Dataset:
-        """Return everything recorded so far, with units and long names."""
-        count = len(self._records)
-        ends, starts = self._edges[1 : count + 1], self._edges[:count]
+        """Return everything recorded so far, with units and long names.
+
+        The last record and profile are the means of what the end has left of their intervals.
+        """
+        records, edges = _with_rest(self._records, self._edges, self._mean)
+        profiles, profile_edges = _with_rest(self._profiles, self._profile_edges, self._profile)
+        ends = edges[1:]
         dataset = xr.Dataset(
             coords={
                 "time": ("time", ends),
                 "wall": ("wall", ["lower", "upper"]),
                 "wall_distance": ("wall_distance", self._observer.heights),
-                "profile_time": ("profile", self._profile_edges[1 : len(self._profiles) + 1]),
+                "profile_time": ("profile", profile_edges[1:]),
             }
         )
-        dataset["interval"] = ("time", ends - starts)
-        for name, value in (self._records[0] if count else {}).items():
+        dataset["interval"] = ("time", np.diff(edges))
+        for name, value in (records[0] if records else {}).items():
             dims = ("time", "wall") if value.shape else ("time",)
-            dataset[name] = (dims, np.array([record[name] for record in self._records]))
-        dataset["velocity_profile"] = (("profile", "wall_distance"), np.array(self._profiles))
+            dataset[name] = (dims, np.array([record[name] for record in records]))
+        velocities = np.array([profile["velocity_profile"] for profile in profiles])
+        dataset["velocity_profile"] = (("profile", "wall_distance"), velocities)
         return described(self._with_snapshots(dataset))
 
     def _with_snapshots(self, dataset: xr.Dataset) -> xr.Dataset:

@@ -30,13 +30,12 @@ class Recording(Section):
     longest_interval: float = quantity(
         1.0, symbol="Δt_max", unit="time unit", gt=0, description="Longest interval of one record."
     )
-    profiles: int = quantity(
-        20,
-        symbol="n_p",
-        unit="1",
-        ge=1,
-        le=10**4,
-        description="Velocity profiles, each a mean over its share.",
+    profile_interval: float = quantity(
+        15.0,
+        symbol="Δt_p",
+        unit="time unit",
+        gt=0,
+        description="Interval of one velocity profile, which is the mean over it.",
     )
     bulk_margin: float | None = quantity(
         5.0,
