@@ -131,7 +131,7 @@ def test_a_picture_under_other_labels_is_not_missed(picture, tmp_path):
 def test_figures_of_others_have_no_labels(picture, tmp_path, suffix):
     path = tmp_path / f"theirs{suffix}"
     line().savefig(path)
-    with pytest.raises(DatasetError, match="not a figure of softslip, or is damaged"):
+    with pytest.raises(DatasetError, match="is no figure of softslip, or is damaged"):
         read_labels(path)
     (tmp_path / "recorded.png").write_bytes(with_text(picture, {"Description": json.dumps({})}))
     with pytest.raises(DatasetError, match="does not say what it was made from"):

@@ -113,7 +113,7 @@ def test_tables_lie_at_the_top(tmp_path):
         ("notes.txt", "is no result; give a file that ends in .nc"),
         ("broken.nc", "cannot be read"),
         ("folder.nc", "does not exist or is not a file"),
-        ("broken.png", "not a figure of softslip, or is damaged"),
+        ("broken.png", "is no figure of softslip, or is damaged"),
     ],
 )
 def test_what_is_no_result_is_refused(tmp_path, name, said):

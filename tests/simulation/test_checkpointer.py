@@ -34,7 +34,7 @@ def parameters(route, **groups):
         "euler": {"integrator": "euler", "step": 0.002},
     }[route.split(",")[0]]
     # Records, profiles and snapshots fall before, at and after the interruptions.
-    recording = {"profiles": 3, "snapshots": [0.0, 0.05, 0.2], "stride": 2}
+    recording = {"profile_interval": 0.07, "snapshots": [0.0, 0.05, 0.2], "stride": 2}
     return scenes.parameters(
         **ROUTES[route], time_stepping=stepper | {"shear_time": 0.2}, recording=recording, **groups
     )

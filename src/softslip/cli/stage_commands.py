@@ -23,7 +23,7 @@ from softslip.cli.common import (
     tell_choice,
 )
 from softslip.config.scenario import StageRun, load_scenario
-from softslip.config.stages import STAGES, stage_parameters
+from softslip.config.stages import STAGES, stage_parameters, trajectory_id
 from softslip.files.layout import CHECKPOINTS
 from softslip.files.storage import CONTENT_DIGEST, read_dataset, write_dataset
 from softslip.operations.failures import failure_recorded
@@ -190,6 +190,7 @@ def _resumable(job: _Job, interval: float, resume: bool) -> Iterator["Checkpoint
     from softslip.simulation.checkpoint import Identity
     from softslip.simulation.checkpoint_generations import Checkpoints
     from softslip.simulation.checkpointer import Checkpointer
+    from softslip.simulation.end_state import EndState
 
     row = job.row
     with job.attempt(), interruptible(at_once=False) as interruption:
@@ -201,7 +202,13 @@ def _resumable(job: _Job, interval: float, resume: bool) -> Iterator["Checkpoint
             environment=environment(),
             parameters=stage_parameters(row.parameters, row.stage),
         )
-        job.checkpoints = Checkpoints(job.folder, identity, job.say, required=resume)
+        end_state = None
+        if row.stage == "shear":
+            trajectory = trajectory_id(row.parameters)
+            end_state = EndState(job.folder, identity, trajectory, job.say)
+        job.checkpoints = Checkpoints(
+            job.folder, identity, job.say, required=resume, end_state=end_state
+        )
         yield Checkpointer(job.checkpoints, interruption, interval)
         job.checkpoints.finish()
 

@@ -51,9 +51,12 @@ DEPENDENCIES: Mapping[str, tuple[str, ...]] = {
         "time_stepping.ageing_time",
     ),
     # Ageing always runs the exact control at zero stress, so the rheometer comes in here.
-    "shear": ("rheometer.*", "time_stepping.shear_time", "recording.*"),
+    "shear": ("rheometer.*", "time_stepping.shear_time", "until.*", "recording.*"),
 }
 """Parameters that each stage depends on besides those of its ancestors."""
+
+LENGTH = ("time_stepping.shear_time", "until.error")
+"""Parameters that only say how long a run is: two runs that differ in them have one trajectory."""
 
 ID_DIGITS = 16
 """Hexadecimal digits of a stage's identity: 64 bits, safe from collisions for any sweep."""
@@ -128,6 +131,15 @@ def stage_ids(parameters: Parameters) -> dict[str, str]:
         values = json.dumps(_OWN_VALUES[stage](parameters), allow_nan=False)
         parent = ids[stage] = _identity(stage, parent, values)
     return ids
+
+
+def trajectory_id(parameters: Parameters) -> str:
+    """Return the identity of a run's trajectory, that all runs share which differ in `LENGTH`."""
+    values = dict(
+        zip(_OWN_PATHS["shear"], _OWN_VALUES["shear"](parameters), strict=True)
+    ) | dict.fromkeys(LENGTH)
+    text = json.dumps(list(values.values()), allow_nan=False)
+    return _identity("shear", stage_ids(parameters)["ageing"], text)
 
 
 @lru_cache(maxsize=4096)

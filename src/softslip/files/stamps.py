@@ -123,7 +123,7 @@ def _labels(path: Path, content: bytes) -> dict[str, Any]:
     # What the libraries raise for a damaged file has no common base.
     except Exception as error:
         raise DatasetError(
-            f"{file_text(path)}: is not a figure of softslip, or is damaged ({type(error).__name__})"
+            f"{file_text(path)}: is no figure of softslip, or is damaged ({type(error).__name__})"
         ) from error
     if not isinstance(found, dict) or CONTENT_DIGEST not in found:
         raise DatasetError(f"{file_text(path)}: does not say what it was made from; redraw it")

@@ -24,6 +24,7 @@ from softslip.operations.leftovers import (
     FINISHED,
     FOREIGN,
     INCOMPLETE,
+    OUTDATED,
     UNHELD,
     UNWANTED,
     Leftover,
@@ -37,6 +38,8 @@ from softslip.operations.lock import (
     holder_path,
     read_holder,
 )
+from softslip.provenance.fingerprints import fingerprint
+from softslip.simulation.checkpoint import END_SUFFIX
 
 STATES = ("done", "running", "failed", "interrupted", "missing")
 """What a run of a stage can be."""
@@ -234,6 +237,10 @@ def _others(stage: str, files: StageFiles, runs: Collection[str]) -> Iterator[Le
     for run, file in files.with_suffix(FAILURE_SUFFIX).items():
         reason = FOREIGN if run not in runs else FINISHED if run in files.datasets else UNWANTED
         yield _leftover(file, stage, run, reason)
+    for file in files.beside:
+        if file.path.name.endswith(END_SUFFIX):
+            code = file.path.name.removesuffix(END_SUFFIX).rpartition(".")[2]
+            yield _leftover(file, "", "", UNWANTED if code == fingerprint(stage) else OUTDATED)
     for file in files.abandoned:
         yield _leftover(file, stage, file.part_of, INCOMPLETE)
 

@@ -23,6 +23,9 @@ from softslip.solver.state import PARTS, State
 
 SUFFIX = ".checkpoint"
 
+END_SUFFIX = ".end.checkpoint"
+"""Of the states at the ends of runs, which longer runs continue."""
+
 _MAGIC = "softslip-checkpoint"
 _SCHEMA = 1
 """To be raised with every change of what is kept or how: fingerprints leave that code out."""

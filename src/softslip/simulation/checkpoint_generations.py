@@ -18,6 +18,7 @@ from softslip.simulation.checkpoint import (
     checkpoint_bytes,
     read_checkpoint,
 )
+from softslip.simulation.end_state import EndState
 from softslip.solver.state import State
 
 
@@ -34,6 +35,8 @@ class Checkpoints:
         Called with a sentence about what is resumed, removed or ignored.
     required
         Whether there must be one to resume from.
+    end_state
+        What the run continues where it has none itself.
 
     Attributes
     ----------
@@ -49,12 +52,14 @@ class Checkpoints:
         identity: Identity,
         say: Callable[[str], None],
         required: bool = False,
+        end_state: EndState | None = None,
     ) -> None:
         stem = f"{identity.run}.{identity.fingerprint}"
         self.newest = folder / f"{stem}{SUFFIX}"
         self.previous = folder / f"{stem}.previous{SUFFIX}"
         self.source = self.newest
         self._identity, self._say, self._required = identity, say, required
+        self._end_state = end_state
         self._started, self._seconds = time.monotonic(), 0.0
         self._core_seconds, self._restarts = 0.0, 0
 
@@ -85,9 +90,14 @@ class Checkpoints:
                 )
                 return None
             check_identity(path, header.identity, self._identity)
-            self._seconds, self._core_seconds = header.seconds, header.core_seconds
-            self._restarts, self.source = header.restarts + 1, path
             self._say(f"resuming from {path.name}: t = {header.time:g} of {header.end:g}")
+            self._take_up(header, path)
+            return arrays
+        if self._end_state and (found := self._end_state.load()):
+            header, arrays = found
+            path = self._end_state.path
+            self._say(f"continuing a shorter run from {path.name}: t = {header.time:g}")
+            self._take_up(header, path)
             return arrays
         if self._required:
             raise CheckpointError(
@@ -112,7 +122,29 @@ class Checkpoints:
         StorageError
             When it cannot be written; what was there before is still there.
         """
-        header = Header(
+        content = checkpoint_bytes(self._header(state, end), arrays)
+        with replacing(self.newest) as temporary:
+            with temporary.open("wb") as file:
+                file.write(content)
+                file.flush()
+                # The previous generation is replaced only by one that is on the disk.
+                os.fsync(file.fileno())
+            if self.newest.exists():
+                self.newest.replace(self.previous)
+
+    def save_end(self, arrays: Arrays, state: State) -> None:
+        """Keep the state at the end of the run, so that a longer one can continue it.
+
+        Raises
+        ------
+        StorageError
+            When it cannot be written.
+        """
+        if self._end_state:
+            self._end_state.save(self._header(state, state.time), arrays)
+
+    def _header(self, state: State, end: float) -> Header:
+        return Header(
             time=state.time,
             end=end,
             step=state.step,
@@ -122,15 +154,11 @@ class Checkpoints:
             written=time.time(),
             identity=self._identity,
         )
-        content = checkpoint_bytes(header, arrays)
-        with replacing(self.newest) as temporary:
-            with temporary.open("wb") as file:
-                file.write(content)
-                file.flush()
-                # The previous generation is replaced only by one that is on the disk.
-                os.fsync(file.fileno())
-            if self.newest.exists():
-                self.newest.replace(self.previous)
+
+    def _take_up(self, header: Header, path: Path) -> None:
+        """Count the work before a checkpoint as that of this run."""
+        self._seconds, self._core_seconds = header.seconds, header.core_seconds
+        self._restarts, self.source = header.restarts + 1, path
 
     def finish(self) -> None:
         """Remove all but the newest generation, of a run whose result is written.

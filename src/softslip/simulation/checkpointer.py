@@ -109,13 +109,28 @@ class Checkpointer:
         now = time.monotonic()
         if not self._interruption.name and now - self._last < self._interval:
             return
-        arrays = under("state", state.parts) | under("effort", asdict(effort))
-        for name, other in others.items():
-            arrays |= under(name, other.memory())
-        self._checkpoints.save(arrays, state, end)
+        self._checkpoints.save(_arrays(state, effort, others), state, end)
         self._last = now
         if self._interruption.name:
             raise Interrupted(
                 f"by {self._interruption.name} at t = {state.time:g} of {end:g}; "
                 "rerun the same command to resume"
             )
+
+    def save_end(self, state: State, effort: Effort, others: Mapping[str, Resumable]) -> None:
+        """Keep where the stage ended, for a longer run; parameters as for `save_if_due`.
+
+        Raises
+        ------
+        StorageError
+            When it cannot be written.
+        """
+        self._checkpoints.save_end(_arrays(state, effort, others), state)
+
+
+def _arrays(state: State, effort: Effort, others: Mapping[str, Resumable]) -> Arrays:
+    """Return all that is needed to resume, as arrays by name."""
+    arrays = under("state", state.parts) | under("effort", asdict(effort))
+    for name, other in others.items():
+        arrays |= under(name, other.memory())
+    return arrays

@@ -1,5 +1,6 @@
 """The stages with hydrodynamics: ageing at zero stress, then shear (Sec. II B)."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -10,6 +11,7 @@ from softslip.config.parameters import Parameters
 from softslip.files.quantities import described
 from softslip.simulation.assembly import assemble, layout_of, mean_flow
 from softslip.simulation.observer import Observer
+from softslip.simulation.precision import is_known, look_times, relative_error
 from softslip.simulation.record import Recorder
 from softslip.simulation.trajectory import Advanced, Callbacks, Effort, Progress, advance, ignore
 from softslip.solver.geometry import FloatArray, Layout
@@ -60,7 +62,13 @@ def age(
     suspension = assemble(parameters, layout, stress=0.0, threads=threads)
     start = State.at_rest(expansion["node_position"].values, layout)
     aged = _follow(
-        suspension, start, _ends(parameters), parameters, Callbacks(progress=progress), checkpointer
+        suspension,
+        start,
+        _ends(parameters),
+        parameters,
+        Callbacks(progress=progress),
+        checkpointer,
+        {},
     )
     observer = Observer(parameters, layout, mean_flow(parameters))
     last = observer.measure(aged.state, aged.evaluation)
@@ -87,7 +95,7 @@ def _follow(
     parameters: Parameters,
     callbacks: Callbacks,
     checkpointer: "Checkpointer | None",
-    **others: "Resumable",
+    others: "Mapping[str, Resumable]",
 ) -> Advanced:
     """Advance a state from the start of a stage, or from its checkpoint."""
     if checkpointer is None:
@@ -145,7 +153,9 @@ def shear(
     Returns
     -------
     xarray.Dataset
-        Interval means of the observables, velocity profiles and snapshots.
+        Interval means of the observables, velocity profiles and snapshots. The attribute
+        ``ended_by`` is ``time``, or ``error`` where the mean shear rates were known well enough
+        before (``until.error``); then ``relative_error`` is theirs.
 
     Raises
     ------
@@ -164,10 +174,55 @@ def shear(
     steps = round(parameters.time_stepping.shear_time / parameters.time_stepping.step)
     observer = Observer(parameters, layout, mean_flow(parameters))
     recorder = Recorder(parameters, steps, suspension, observer, parameters.recording.snapshots)
-    start, callbacks = _aged_state(ageing, layout), Callbacks(recorder.visit, progress)
+    ending = _Ending(parameters, recorder)
+    callbacks = Callbacks(recorder.visit, progress, ending.reached)
+    start, others = _aged_state(ageing, layout), {"recorder": recorder}
     sheared = _follow(
-        suspension, start, recorder.stops, parameters, callbacks, checkpointer, recorder=recorder
+        suspension, start, recorder.stops, parameters, callbacks, checkpointer, others
     )
+    if checkpointer is not None and recorder.at_edge:
+        checkpointer.save_end(sheared.state, sheared.effort, others)
     return described(
         recorder.dataset().assign(nodes_per_particle=ageing["nodes_per_particle"])
-    ).assign_attrs(wall_nodes=layout.wall_nodes, particles=layout.particles, **sheared.counts)
+    ).assign_attrs(
+        wall_nodes=layout.wall_nodes,
+        particles=layout.particles,
+        **sheared.counts,
+        **ending.labels(sheared.state),
+    )
+
+
+class _Ending:
+    """Whether the shear stage knows its means well enough to end before its time.
+
+    Parameters
+    ----------
+    parameters
+        Of the run.
+    recorder
+        Of the run.
+    """
+
+    def __init__(self, parameters: Parameters, recorder: Recorder) -> None:
+        self._wanted, self._recorder = parameters.until.error, recorder
+        self._names = ["stress"]
+        if parameters.rheometer.mode == "stress":
+            bulk = parameters.recording.bulk_margin is not None
+            self._names = ["shear_rate_wall", *(["shear_rate_bulk"] if bulk else [])]
+        self._looks = look_times(recorder.edges)
+
+    def reached(self, state: State) -> bool:
+        """Return whether the stage ends here."""
+        if self._wanted is None or state.time not in self._looks:
+            return False
+        return all(
+            is_known(self._looks, *self._recorder.series(name), state.time, self._wanted)
+            for name in self._names
+        )
+
+    def labels(self, state: State) -> dict[str, str | float]:
+        """Return what ended the stage, and the error if it was that."""
+        if not self.reached(state):
+            return {"ended_by": "time"}
+        errors = [relative_error(*self._recorder.series(name)) for name in self._names]
+        return {"ended_by": "error", "relative_error": max(errors)}

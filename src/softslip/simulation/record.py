@@ -86,9 +86,11 @@ class _Mean:
 def _with_rest(
     rows: list[Sample], edges: FloatArray, mean: _Mean
 ) -> tuple[list[Sample], FloatArray]:
-    """Return rows with the edges of their intervals, the mean of one cut off at the end included."""
+    """Return rows with the edges of their intervals, with a last one that the end has cut off."""
     edges, rest = edges[: len(rows) + 1], mean.means()
-    return ([*rows, rest], np.append(edges, mean.time)) if rest else (rows, edges)
+    if not rest:
+        return rows, edges
+    return [*rows, rest], np.append(edges, np.float64(mean.time))
 
 
 class Recorder:
@@ -108,6 +110,14 @@ class Recorder:
         Measures the samples.
     snapshots
         Times of the snapshots [time unit].
+
+    Attributes
+    ----------
+    edges
+        Ends of the records from 0 on, but for one that the end of the stage cuts off, shape
+        (records + 1,) [time unit].
+    stops
+        Times that steps must end at, shape (stops,) [time unit].
     """
 
     def __init__(
@@ -124,7 +134,8 @@ class Recorder:
         share = max(round(recording.profile_interval / unit), 1)
         profile_edges = np.arange(0, steps + 1, share, dtype=np.int64)
         shots = np.minimum(np.round(np.asarray(snapshots) / unit).astype(np.int64), steps)
-        self._edges, self._profile_edges = edges * unit, profile_edges * unit
+        self.edges = np.asarray(edges * unit, dtype=np.float64)
+        self._profile_edges = np.asarray(profile_edges * unit, dtype=np.float64)
         self._snapshot_times = set((shots * unit).tolist())
         stops = np.union1d(np.union1d(edges, profile_edges), np.append(shots, steps))
         self.stops: FloatArray = stops[stops > 0] * unit
@@ -141,7 +152,7 @@ class Recorder:
     def visit(self, state: State, evaluation: Evaluation) -> None:
         """Record a state; call with every state of the stage in order."""
         time = state.time
-        record_ends = time in self._edges[len(self._records) + 1 :][:1]
+        record_ends = time in self.edges[len(self._records) + 1 :][:1]
         profile_ends = time in self._profile_edges[len(self._profiles) + 1 :][:1]
         if state.step % self._stride == 0 or record_ends or profile_ends or time == self._end:
             values = self._observer.measure(state, evaluation)
@@ -157,7 +168,7 @@ class Recorder:
     @property
     def at_edge(self) -> bool:
         """Whether the latest state ends a record that a longer stage has too."""
-        return bool(self._edges[len(self._records)] == self._mean.time)
+        return bool(self.edges[len(self._records)] == self._mean.time)
 
     def series(self, name: str) -> tuple[FloatArray, FloatArray]:
         """Return the edges of the records so far, and an observable's means between them.
@@ -173,7 +184,7 @@ class Recorder:
             When it is not recorded.
         """
         means = np.array([float(record[name]) for record in self._records])
-        return self._edges[: means.size + 1], means
+        return self.edges[: means.size + 1], means
 
     def memory(self) -> Sample:
         """Return all that was recorded so far, as arrays by name, for `restore`."""
@@ -195,7 +206,7 @@ class Recorder:
         KeyError, ValueError
             When that is not the memory of this stage.
         """
-        self._records = _rows(memory, "record", self._edges.size - 1)
+        self._records = _rows(memory, "record", self.edges.size - 1)
         self._snapshots = _rows(memory, "snapshot", len(self._snapshot_times))
         profiles = memory.get("profiles", np.empty((0, self._observer.heights.size)))
         if profiles.ndim != 2 or profiles.shape[1] != self._observer.heights.size:
@@ -226,7 +237,7 @@ class Recorder:
 
         The last record and profile are the means of what the end has left of their intervals.
         """
-        records, edges = _with_rest(self._records, self._edges, self._mean)
+        records, edges = _with_rest(self._records, self.edges, self._mean)
         profiles, profile_edges = _with_rest(self._profiles, self._profile_edges, self._profile)
         ends = edges[1:]
         dataset = xr.Dataset(

@@ -49,16 +49,26 @@ Save = Callable[[State, Effort], None]
 """Called after each `Visit` but the last, where a stage can be interrupted and resumed."""
 
 
+Ended = Callable[[State], bool]
+"""Called after each `Visit`: whether the stage ends with this state, before its time."""
+
+
 def ignore(*_: object) -> None:
     """Do nothing."""
 
 
+def never(_: State) -> bool:
+    """Return False: the stage ends at its time."""
+    return False
+
+
 @dataclass(frozen=True)
 class Callbacks:
-    """What a stage calls at every step: `Visit`, `Progress` and `Save`."""
+    """What a stage calls at every step: `Visit`, `Progress`, `Ended` and `Save`."""
 
     visit: Visit = ignore
     progress: Progress = ignore
+    ended: Ended = never
     save: Save = ignore
 
 
@@ -110,7 +120,7 @@ def advance(
     callbacks: Callbacks = Callbacks(),
     past: Effort | None = None,
 ) -> Advanced:
-    """Advance a state to the last of some times: evaluate, guard, visit, save, step.
+    """Advance a state to the last of some times, or till it ends: guard, visit, save, step.
 
     Parameters
     ----------
@@ -146,7 +156,7 @@ def advance(
             callbacks.progress(round(state.time / unit), round(end / unit), state.time)
         if not visited:
             callbacks.visit(state, integration.latest)
-        if state.time >= end:
+        if state.time >= end or callbacks.ended(state):
             return Advanced(state, integration.latest, integration.effort)
         if not visited:
             callbacks.save(state, integration.effort)

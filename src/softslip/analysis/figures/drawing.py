@@ -173,13 +173,13 @@ def save_figure(
         program = f"softslip {softslip.__version__}"
         picture = _rendered(figure, ".png", {"Software": program})
         passing = {} if provenance is None else {"provenance": dict(provenance)}
-        description = unsealed({**labels, **passing, CONTENT_DIGEST: content_digest(picture, labels)})
+        text = unsealed({**labels, **passing, CONTENT_DIGEST: content_digest(picture, labels)})
         title = str(labels.get("title", "softslip"))
         if path.suffix == ".png":
             # Drawn again, the layout could differ by a rounding from that of the digest.
-            content = with_text(picture, {"Title": title, "Description": description})
+            content = with_text(picture, {"Title": title, "Description": text})
         else:
-            content = _rendered(figure, path.suffix, _fields(path.suffix, title, description, program))
+            content = _rendered(figure, path.suffix, _fields(path.suffix, title, text, program))
     with replacing(path) as temporary:
         temporary.write_bytes(sealed(content))
 
@@ -190,9 +190,9 @@ def _rendered(figure: Figure, suffix: str, fields: Mapping[str, Any]) -> bytes:
     return buffer.getvalue()
 
 
-def _fields(suffix: str, title: str, description: str, program: str) -> dict[str, Any]:
+def _fields(suffix: str, title: str, text: str, program: str) -> dict[str, Any]:
     """Return the fields of a format that hold a title, labels and the program."""
     common = {"Title": title, "Creator": program}
     if suffix == ".svg":
-        return common | {"Description": description, "Date": None}
-    return common | {"Subject": description, "CreationDate": None}
+        return common | {"Description": text, "Date": None}
+    return common | {"Subject": text, "CreationDate": None}

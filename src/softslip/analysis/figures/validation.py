@@ -173,8 +173,8 @@ def _keep(
     (dim,) = first.dims
     along = coordinates(first)[str(dim)]
     numeric = _numeric(first.to_dataset(name="values"), str(dim))
-    values = along if numeric else texts([_text(value) for value in along.tolist()])
-    points = {str(dim): quantity(first[dim], values)}
+    shown = along if numeric else texts([_text(value) for value in along.tolist()])
+    points = {str(dim): quantity(first[dim], shown)}
     points |= {name: quantity(each) for name, each in values.items()}
     case = Quantity(str(dataset.attrs["case"]), "1", "flow with a known solution")
     others = {

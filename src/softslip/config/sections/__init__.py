@@ -16,6 +16,7 @@ from softslip.config.sections.material import Membrane, Particles, Solvent, Ster
 from softslip.config.sections.preparation import Expansion, Packing
 from softslip.config.sections.recording import Recording
 from softslip.config.sections.tree import Tree
+from softslip.config.sections.until import Until
 from softslip.solver.films import REFERENCE_MESH_SIZE
 
 __all__ = [
@@ -34,5 +35,6 @@ __all__ = [
     "Steric",
     "TimeStepping",
     "Tree",
+    "Until",
     "Wall",
 ]

@@ -9,6 +9,7 @@ from softslip.config.sections.discretisation import Hydrodynamics, TimeStepping
 from softslip.config.sections.material import Membrane, Particles, Solvent, Steric
 from softslip.config.sections.preparation import Expansion, Packing
 from softslip.config.sections.recording import Recording
+from softslip.config.sections.until import Until
 
 
 class Tree(Section):
@@ -41,6 +42,7 @@ class Tree(Section):
     rheometer: Rheometer = Rheometer()
     hydrodynamics: Hydrodynamics = Hydrodynamics()
     time_stepping: TimeStepping = TimeStepping()
+    until: Until = Until()
     recording: Recording = Recording()
     seed: int = quantity(
         1, symbol="seed", unit="1", ge=0, le=2**31 - 1, description="Seed of all randomness."
