@@ -68,6 +68,26 @@ def test_stresses_share_one_aged_packing(results: Path) -> None:
     assert counts == {"packing": 1, "expansion": 1, "ageing": 1, "shear": 2}
 
 
+def test_a_longer_run_continues_the_shorter_one(results: Path, tmp_path: Path) -> None:
+    """From its end state, with the content of one that was as long from the start."""
+    longer = tmp_path / "longer.yaml"
+    longer.write_text(TINY.replace("shear_time: 0.2", "shear_time: 0.3"))
+    identity, row = next(iter(load_scenario(str(longer)).stage_table("shear").items()))
+    parent = results / "ageing" / f"{row.parent}.nc"
+    digest, said = [], []
+    for folder in (results / "shear", tmp_path / "shear"):
+        output = folder / f"{identity}.nc"
+        status, text = call("shear", longer, identity, "--parent", parent, "--output", output)
+        assert status == 0, text
+        said.append(text)
+        digest.append(read_dataset(output, stage="shear", run=identity).attrs[CONTENT_DIGEST])
+    assert "continuing a shorter run" in said[0]
+    assert "t = 0.2" in said[0]
+    assert "continuing" not in said[1]
+    assert digest[0] == digest[1]
+    (results / "shear" / f"{identity}.nc").unlink()
+
+
 def test_tables_fits_and_figures_follow(results: Path) -> None:
     scenario = results / "tiny.yaml"
     for table in ("flow_curve", "creep", "profiles"):

@@ -15,10 +15,12 @@ from softslip.config.parameters import Parameters
 from softslip.config.stages import (
     DEPENDENCIES,
     ID_DIGITS,
+    LENGTH,
     STAGES,
     stage_ids,
     stage_parameters,
     stage_paths,
+    trajectory_id,
 )
 from softslip.errors import ConfigError
 
@@ -46,6 +48,7 @@ CHANGED: dict[str, Any] = {
     "membrane.area_restoring": 1.0,
     "membrane.order": 6,
     "time_stepping.integrator": "rkc2",
+    "until.error": 0.03,
 }
 """Another valid value for the paths whose default cannot simply be doubled."""
 
@@ -82,6 +85,12 @@ def changed(path: str) -> Parameters:
         value = int(default * DOUBLE) if isinstance(default, int) else default * DOUBLE
     extra = {"outer_gap": 0.01875} if path == "channel.height" else ground(path).get(section, {})
     return Parameters.from_mapping({section: {name: value, **extra}} if section else {name: value})
+
+
+@pytest.mark.parametrize("path", sorted(set(FIELDS) - ALONE - THROUGH_OTHERS))
+def test_only_lengths_leave_a_trajectory_as_it_is(path: str) -> None:
+    before = trajectory_id(Parameters.from_mapping(ground(path)))
+    assert (trajectory_id(changed(path)) == before) == (path in LENGTH)
 
 
 def test_every_parameter_belongs_to_a_stage() -> None:

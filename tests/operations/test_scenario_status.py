@@ -539,3 +539,19 @@ def test_the_solver_is_not_loaded() -> None:
     call = [sys.executable, "-c", script]
     said = subprocess.run(call, capture_output=True, text=True, check=True).stdout
     assert said == "[]\n"
+
+
+def test_ends_of_runs_are_kept_until_all_is_to_be_removed_or_the_code_changes(
+    scenario: Scenario, work: Work
+) -> None:
+    folder = work.folder("shear")
+    folder.mkdir(parents=True)
+    ours = folder / f"{'a' * 16}.{fingerprint('shear')}.end.checkpoint"
+    outdated = folder / f"{'a' * 16}.{'0' * 16}.end.checkpoint"
+    for path in (ours, outdated):
+        path.write_bytes(b"12345")
+    status = scenario_status(scenario, work.results)
+    assert not status.checkpoints
+    assert [file.path for file in status.leftovers()] == [outdated]
+    assert {file.path for file in status.leftovers(everything=True)} == {ours, outdated}
+    assert {file.run for file in status.leftovers(everything=True)} == {""}

@@ -35,7 +35,7 @@ STARTED = "bench tradeoff stability"
 
 TABLE = [
     ("", "solver solver.mobility simulation simulation.checkpoint simulation.interruption"),
-    ("", "simulation.checkpoint_generations simulation.checkpointer"),
+    ("", "simulation.checkpoint_generations simulation.checkpointer simulation.end_state"),
     ("", "analysis studies studies.publish studies.study"),
     ("", "studies.stability.map_markdown studies.tradeoff"),
     ("", "studies.validation.errors_markdown studies.bench.elements_markdown studies.markdown"),
@@ -62,7 +62,7 @@ TABLE = [
     (FLOWING, "solver.health solver.step_limits solver.suspension solver.transfer"),
     (f"ageing shear {STARTED}", "simulation.hydrodynamics simulation.observer"),
     (f"ageing shear {STARTED}", "solver.mobility.profile"),
-    ("shear tradeoff", "simulation.arrays simulation.record"),
+    ("shear tradeoff", "simulation.arrays simulation.precision simulation.record"),
     ("gather", "analysis.observables.timescales"),
     ("draw", "analysis.comparable"),
     ("gather draw", "analysis.observables.velocity_fields"),
@@ -281,6 +281,7 @@ UNCOUNTED = {
     "simulation.interruption",
     "simulation.checkpoint_generations",
     "simulation.checkpointer",
+    "simulation.end_state",
     "studies.bench.elements_markdown",
     "studies.publish",
     "studies.stability.map_markdown",

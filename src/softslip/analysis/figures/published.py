@@ -34,9 +34,7 @@ def keep(axes: Axes, panel: str, name: str, number: Reported) -> None:
     show(axes, panel, f"{name.replace('_', ' ')} of the paper", points)
 
 
-def mark_level(
-    axes: Axes, panel: str, name: str, number: Reported, labelled: bool = True
-) -> None:
+def mark_level(axes: Axes, panel: str, name: str, number: Reported, labelled: bool = True) -> None:
     """Draw one of the paper's numbers as a level of the vertical axis, with its error as a band.
 
     ``labelled`` is whether it is written there, too.
