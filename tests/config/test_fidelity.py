@@ -15,7 +15,6 @@ CONFIG = Path(__file__).parents[2] / "config"
 COSTS_MORE = {
     "hydrodynamics.node_spacing": -1,
     "time_stepping.tolerance": -1,
-    "time_stepping.longest_step": -1,
 }
 """Settings that come with the cost of a level, and the sign of their change."""
 

@@ -51,7 +51,7 @@ def test_cells_are_runs_of_the_values_that_they_name(group):
     for cell in GROUPS[group](SMALL_MAP):
         given = Parameters.from_mapping(cell.tree)
         assert (given.hydrodynamics.mobility == "ewald") == (cell.scheme == "standard")
-        assert (given.time_stepping.integrator == "rkc2") == (cell.scheme == "standard")
+        assert (given.time_stepping.integrator == "imex_rkc2") == (cell.scheme == "standard")
         if group in paths:
             section, key = paths[group]
             assert getattr(getattr(given, section), key) == pytest.approx(cell.value)

@@ -43,7 +43,7 @@ def test_settings_are_complete_and_make_a_run(table):
     for row in choices(table):
         given = Parameters.from_mapping(json.loads(json.dumps(row["settings"])))
         assert given.hydrodynamics.mobility == "ewald"
-        assert given.time_stepping.integrator == "rkc2"
+        assert given.time_stepping.integrator == "imex_rkc2"
         assert given.membrane.order == 6
 
 
