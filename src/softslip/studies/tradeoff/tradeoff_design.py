@@ -153,7 +153,7 @@ class TradeoffDesign(Standalone):
     )
     node_spacings: Values = _axis(2.0, 4.0, 5.0, 6.0, symbol="Δs/dx", description="Node spacings.")
     tolerances: Values = _axis(
-        2e-3, 1e-2, 5e-2, symbol="δ/σ_LJ", description="Errors of a step that 'rkc2' accepts."
+        1e-3, 5e-3, 2.5e-2, symbol="δ/σ_LJ", description="Errors of a step that are accepted."
     )
     finest_tolerance: float = quantity(
         1e-4,
