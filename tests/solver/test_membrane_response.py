@@ -9,7 +9,14 @@ from scenes import empty, parameters
 
 from softslip.simulation import assembly
 from softslip.solver.geometry import Box, Layout
-from softslip.solver.membrane import ORDERS, MembraneLaw, add_tension, staggered
+from softslip.solver.membrane import (
+    ORDERS,
+    MembraneLaw,
+    add_tension,
+    area_gradients,
+    membrane_areas,
+    staggered,
+)
 from softslip.solver.membrane_response import LONG_MODES, MembraneResponse
 from softslip.solver.mobility.ewald import EwaldMobility
 from softslip.solver.mobility.line import line_symbols
@@ -79,6 +86,12 @@ def strains(positions, order=6):
     )
 
 
+def others_than_area(positions, order=6):
+    """The projection 1 - a aᵀ/a² as a matrix, and a."""
+    a = area_gradients(positions, np.array([0, len(positions)]), order).ravel()
+    return np.eye(a.size) - np.outer(a, a) / (a @ a), a
+
+
 def parts(positions, spacing, order=6):
     """Bᵀ Q B and Cᵀ R C as matrices, by the definitions in the module."""
     count = len(positions)
@@ -110,7 +123,10 @@ def test_the_solve_is_the_inverse_of_one_less_g_times_the_response(shape, count,
     solved = dense(response_of(layout, order).at(nodes, shift), count)
     one = np.eye(2 * count)
     tangential, normal = parts(nodes, layout.spacing[0], order)
-    exact = np.linalg.inv(one + shift * normal) @ np.linalg.inv(one + shift * tangential)
+    inverse = np.linalg.inv(one + shift * normal) @ np.linalg.inv(one + shift * tangential)
+    projection, _ = others_than_area(nodes, order)
+    # The product's own response, and what is left of it where pressure keeps the area.
+    exact = np.linalg.inv(one + projection @ (np.linalg.inv(inverse) - one))
     assert np.abs(solved - exact).max() < {"circle": 0.02}.get(shape, 0.06)
 
 
@@ -138,8 +154,29 @@ def test_the_tangential_response_is_symmetric_and_takes_energy_away(shape):
     _, _, lengths = strains(nodes)
     layout = layout_of([count], RADIUS * float(lengths.mean()) * count / (2 * math.pi * RADIUS))
     solved = dense(response_of(layout).at(nodes, 0.01), count)
+    # Pressure, which acts on velocities alone, makes it so between displacements that keep areas.
+    projection, _ = others_than_area(nodes)
+    solved = projection @ solved @ projection
     np.testing.assert_allclose(solved, solved.T, atol=2e-3)
     assert np.linalg.eigvalsh(0.5 * (solved + solved.T)).max() < 1 + 1e-9
+
+
+@pytest.mark.parametrize("order", ORDERS)
+@pytest.mark.parametrize("shape", SHAPES)
+def test_areas_change_as_they_would_without_a_response(shape, order):
+    layout = layout_of([90, 73])
+    nodes = np.concatenate((ring(90, waves=SHAPES[shape]), ring(73, 1.05)))
+    change = 0.1 * RADIUS * np.random.default_rng(1).standard_normal(nodes.shape)
+    solved = change.copy()
+    response_of(layout, order).at(nodes, 0.05)(solved)
+    assert np.abs(solved - change).max() > 0.5 * np.abs(change).max()
+
+    def areas(moved):
+        return membrane_areas(nodes + moved, layout.offsets, order)
+
+    # The area is quadratic: this is twice its change of first order.
+    wanted = areas(change) - areas(-change)
+    np.testing.assert_allclose(areas(solved) - areas(-solved), wanted, rtol=1e-8)
 
 
 @pytest.mark.parametrize("shape", SHAPES)

@@ -224,6 +224,33 @@ def _fill_normals(
 
 
 @compiled
+def area_gradients(positions: FloatArray, offsets: IntArray, order: int) -> FloatArray:
+    """Return the gradient ∂A/∂X of each membrane's area of `membrane_areas`, shape (nodes, 2).
+
+    Parameters
+    ----------
+    positions, offsets, order
+        As in `membrane_areas`.
+
+    Raises
+    ------
+    ValueError
+        When the order is none of `ORDERS`.
+    """
+    stencil = _of_order(order, _CENTRAL)
+    room = longest_chain(offsets) + 2 * PADDING
+    x, y, nx, ny = np.empty(room), np.empty(room), np.empty(room), np.empty(room)
+    gradients = np.empty_like(positions)
+    for p in range(offsets.size - 1):
+        first = offsets[p]
+        count = unroll(positions, first, offsets[p + 1], 0.0, x, y)
+        _fill_normals(x, y, stencil, count, nx, ny)
+        for s in range(count):
+            gradients[first + s, 0], gradients[first + s, 1] = nx[s], ny[s]
+    return gradients
+
+
+@compiled
 def _area(x: FloatArray, y: FloatArray, nx: FloatArray, ny: FloatArray, count: int) -> float:
     """Return ½ Σ X·n of an unrolled chain, with coordinates taken from its first node."""
     x0, y0 = x[PADDING], y[PADDING]

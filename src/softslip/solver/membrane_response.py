@@ -20,6 +20,11 @@ other,
 each with B Bᵀ = D Dᵀ but for the curvature κ: exactly so for the longest modes, and with
 D̂² + κ² in its place for the others, where that is a small correction. It must not be too small:
 P_g would have negative eigenvalues, and steps with it no stability.
+
+L alone would change the areas that membranes enclose, which the fluid inside keeps by its pressure.
+Its place is taken by (1 - a aᵀ/a²) L, a being the gradient of a membrane's area, and P_g becomes
+
+    P_g + u (aᵀ - aᵀ P_g)/(aᵀ u),    u = P_g a.
 """
 
 import math
@@ -30,7 +35,7 @@ import numpy as np
 from softslip.solver.chains import PADDING, longest_chain, unroll
 from softslip.solver.compilation import compiled
 from softslip.solver.geometry import FloatArray, IntArray, Layout
-from softslip.solver.membrane import MembraneLaw, staggered
+from softslip.solver.membrane import MembraneLaw, area_gradients, staggered
 from softslip.solver.mobility.line import line_symbols
 
 LONG_MODES = 12
@@ -116,7 +121,7 @@ class MembraneResponse:
             longest,
         )
 
-        def solve(displacements: FloatArray) -> None:
+        def stretched(displacements: FloatArray) -> None:
             _solve(
                 displacements,
                 self._offsets,
@@ -128,6 +133,17 @@ class MembraneResponse:
                 kernels,
                 longest,
             )
+
+        gradients = area_gradients(positions, self._offsets, self._law.order)
+        pressed = gradients.copy()
+        stretched(pressed)
+        by_pressure = _area_changes(pressed, self._offsets, gradients)
+
+        def solve(displacements: FloatArray) -> None:
+            changes = _area_changes(displacements, self._offsets, gradients)
+            stretched(displacements)
+            changes -= _area_changes(displacements, self._offsets, gradients)
+            _add_multiples(pressed, self._offsets, changes / by_pressure, displacements)
 
         return solve
 
@@ -149,6 +165,32 @@ def _symbols(
     difference = sum(2 * weight * np.sin((2 * k + 1) * half) for k, weight in weights)
     elastic = law.elastic_constant
     return np.stack((elastic / spacing * along, elastic * normal, difference**2))
+
+
+@compiled
+def _area_changes(
+    displacements: FloatArray, offsets: IntArray, gradients: FloatArray
+) -> FloatArray:
+    """Return by how much displacements change the area of each membrane, shape (particles,)."""
+    changes = np.empty(offsets.size - 1)
+    for p in range(offsets.size - 1):
+        total = 0.0
+        for s in range(offsets[p], offsets[p + 1]):
+            total += gradients[s, 0] * displacements[s, 0] + gradients[s, 1] * displacements[s, 1]
+        changes[p] = total
+    return changes
+
+
+@compiled
+def _add_multiples(
+    directions: FloatArray, offsets: IntArray, multiples: FloatArray, displacements: FloatArray
+) -> None:
+    """Add a multiple of a direction to the displacement of each membrane."""
+    for p in range(offsets.size - 1):
+        multiple = multiples[p]
+        for s in range(offsets[p], offsets[p + 1]):
+            displacements[s, 0] += multiple * directions[s, 0]
+            displacements[s, 1] += multiple * directions[s, 1]
 
 
 @compiled
