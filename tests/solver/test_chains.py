@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from softslip.solver.chains import Subdivision, carry_back, lagrange_weights, refine
 from softslip.solver.films import contact_strength
 from softslip.solver.neighbours import find_pairs
-from softslip.solver.steric import add_contacts
+from softslip.solver.steric import ContactForces
 
 LENGTH = 2.5
 SIZES = (7, 16, 3, 30, 12, 9)
@@ -38,15 +38,20 @@ def chains(seed):
 
 def refined(positions, offsets, factor, jumps=JUMPS):
     points = np.full((factor * len(positions), 2), np.nan)
-    refine(positions, offsets, jumps, np.ones(len(jumps), bool), lagrange_weights(factor), points)
+    every, weights = np.ones(len(jumps), bool), lagrange_weights(factor)
+    refine(positions, offsets, jumps, every, weights, factor * offsets, *points.T)
     return points
 
 
 def carried(point_forces, offsets, factor):
     forces = np.zeros((offsets[-1], 2))
-    every = np.ones(len(offsets) - 1, bool)
-    carry_back(point_forces, offsets, every, lagrange_weights(factor), forces)
+    carry_onto(forces, point_forces, offsets, factor)
     return forces
+
+
+def carry_onto(forces, point_forces, offsets, factor):
+    every, weights = np.ones(len(offsets) - 1, bool), lagrange_weights(factor)
+    carry_back(*point_forces.T, factor * offsets, offsets, every, weights, forces)
 
 
 def sparse_forces(seed, count):
@@ -171,8 +176,7 @@ def test_carried_forces_are_added_to_what_is_there(seed, factor):
     _, offsets = chains(seed)
     point_forces = sparse_forces(seed, factor * offsets[-1])
     forces = np.full((offsets[-1], 2), 3.0)
-    every = np.ones(len(offsets) - 1, bool)
-    carry_back(point_forces, offsets, every, lagrange_weights(factor), forces)
+    carry_onto(forces, point_forces, offsets, factor)
     # Rounding at 3, once for each point whose force arrives at a node.
     assert forces - 3.0 == pytest.approx(carried(point_forces, offsets, factor), abs=3e-14)
 
@@ -207,10 +211,11 @@ def test_contacts_of_the_points_push_the_nodes_down_the_energy(factor):
         return twins.contact_energy(points, weights, pairs, LENGTH, contact_range, energy, "energy")
 
     points = refined(positions, offsets, factor, jumps)
-    starts, partners = find_pairs(points, body, 2, LENGTH, contact_range)
+    listed = find_pairs(points, body, 2, LENGTH, contact_range)
     point_forces = np.zeros_like(points)
     strength = contact_strength(energy, "energy")
-    add_contacts(points, weights, starts, partners, LENGTH, contact_range, strength, point_forces)
+    contacts = ContactForces(factor * offsets, weights, LENGTH, contact_range, strength)
+    contacts.add(points, listed, point_forces)
     touching = np.bincount(body[point_forces.any(axis=1)], minlength=4)
     assert (touching > 0).all(), "every body takes part"
     forces = carried(point_forces, offsets, factor)

@@ -10,27 +10,26 @@ from softslip.solver.clusters import SIZE, Slots
 from softslip.solver.neighbours import find_pairs
 
 
-def slot_of(slots, node):
-    return node if node < slots.first else node - slots.first + slots.behind
+def slots_of(sizes):
+    return Slots(np.append(0, np.cumsum(sizes)))
 
 
-groups = st.tuples(st.integers(0, 14), st.integers(0, 14))
+groups = st.lists(st.integers(0, 14), min_size=1, max_size=4)
 
 
 @given(groups)
 def test_no_cluster_has_nodes_of_both_groups(sizes):
-    slots = Slots(*sizes)
-    clusters = [
-        {slot_of(slots, node) // SIZE for node in nodes}
-        for nodes in (range(sizes[0]), range(sizes[0], sum(sizes)))
-    ]
-    assert not clusters[0] & clusters[1]
-    assert len(clusters[0] | clusters[1]) == slots.clusters
+    slots = slots_of(sizes)
+    group = np.repeat(np.arange(len(sizes)), sizes)
+    for cluster in range(slots.clusters):
+        assert len(np.unique(group[slots.of_nodes // SIZE == cluster])) == 1
+    assert np.all(np.diff(slots.of_nodes.astype(int)) > 0)
+    assert slots.clusters == sum(-(-size // SIZE) for size in sizes)
 
 
 @given(groups, st.integers(0, 2**31))
 def test_values_come_back_from_their_slots(sizes, seed):
-    slots, random = Slots(*sizes), scenes.generator(seed)
+    slots, random = slots_of(sizes), scenes.generator(seed)
     values, others = random.random((2, slots.nodes, 2))
     one, other = slots.values(), slots.values()
     slots.fill(values, 1.0, one)
@@ -38,14 +37,16 @@ def test_values_come_back_from_their_slots(sizes, seed):
     found = np.empty_like(values)
     slots.sum_of(one, other, 4.0, found)
     assert np.array_equal(found, values + 4.0 * (0.5 * others))
+    slots.add(other, -4.0, found)
+    assert found == pytest.approx(values, abs=1e-15)
     empty = np.ones(slots.count, bool)
-    empty[[slot_of(slots, node) for node in range(slots.nodes)]] = False
+    empty[slots.of_nodes] = False
     assert not one[:, empty].any()
 
 
 @given(groups)
 def test_slots_without_a_node_are_out_of_every_reach(sizes):
-    slots = Slots(*sizes)
+    slots = slots_of(sizes)
     places = slots.places()
     slots.fill(np.zeros((slots.nodes, 2)), 1.0, places)
     empty = np.flatnonzero(places[0])
@@ -56,14 +57,14 @@ def test_slots_without_a_node_are_out_of_every_reach(sizes):
 
 @given(groups, st.integers(0, 2**31), st.sampled_from([0.05, 0.3, 2.0]))
 def test_pairs_of_clusters_are_those_of_their_nodes(sizes, seed, reach):
-    slots = Slots(*sizes)
+    slots = slots_of(sizes)
     positions = scenes.generator(seed).random((slots.nodes, 2))
-    listed = find_pairs(positions, np.arange(slots.nodes), sizes[0], 1.0, reach)
+    listed = find_pairs(positions, np.arange(slots.nodes), slots.nodes, 1.0, reach)
     starts, partners = slots.pairs(*listed)
     wanted = set()
     for i in range(slots.nodes):
         for j in listed[1][listed[0][i] : listed[0][i + 1]]:
-            wanted.add((slot_of(slots, i) // SIZE, slot_of(slots, j) // SIZE))
+            wanted.add((slots.of_nodes[i] // SIZE, slots.of_nodes[j] // SIZE))
     assert len(starts) == slots.clusters + 1
     first = np.repeat(np.arange(slots.clusters), np.diff(starts))
     found = list(zip(first.tolist(), partners.tolist(), strict=True))
@@ -72,7 +73,7 @@ def test_pairs_of_clusters_are_those_of_their_nodes(sizes, seed, reach):
 
 @pytest.mark.parametrize("count", [0, 1])
 def test_a_node_alone_has_no_pair(count):
-    slots = Slots(count, 0)
+    slots = Slots([0, count])
     starts, partners = slots.pairs(*find_pairs(np.zeros((count, 2)), np.arange(count), 1, 1.0, 0.1))
     assert starts.tolist() == [0] * (slots.clusters + 1)
     assert not partners.size

@@ -15,13 +15,8 @@ divisors = moderate.map(lambda values: np.where(np.abs(values) < 1e-6, 1.0, valu
 
 @compiled
 def store(value, out):
-    """Write eight lanes, as the sums of both halves and over each half cannot show them."""
-    for lane in range(8):
-        unit = np.zeros(8)
-        unit[lane] = 1.0
-        four = np.zeros(4)
-        module.add_four(four, 0, module.where(module.below(0.5, module.eight(unit, 0)), value, 0.0))
-        out[lane] = four.sum()
+    """Write eight lanes."""
+    module.put_eight(out, 0, value)
 
 
 @compiled
@@ -35,6 +30,8 @@ def _arithmetic(a, b, c, out):
     store(2.0 * x + 1, out[5])
     store(module.nearest_integer(x), out[6])
     store(module.where(module.below(x, y), x, y), out[7])
+    store(module.lesser(x, y), out[8])
+    store(module.where(module.beyond(x, y), x, y), out[9])
     return module.how_many(module.below(x, y))
 
 
@@ -42,9 +39,10 @@ def _arithmetic(a, b, c, out):
     moderate, moderate.map(lambda values: np.where(np.abs(values) < 1e-6, 1.0, values)), moderate
 )
 def test_arithmetic_is_that_of_eight_numbers(a, b, c):
-    out = np.empty((8, 8))
+    out = np.empty((10, 8))
     count = _arithmetic(a, b, c, out)
     exact = [a + b, a - b, a * b, a / b, None, 2 * a + 1, np.rint(a), np.minimum(a, b)]
+    exact += [np.minimum(a, b), np.maximum(a, b)]
     for found, wanted in zip(out, exact, strict=True):
         if wanted is not None:
             assert np.array_equal(found, wanted)
@@ -101,6 +99,11 @@ def test_sums_are_added_to_where_they_belong():
 
 
 @compiled
+def _lesser(a, b, out):
+    store(module.lesser(module.eight(a, 0), module.eight(b, 0)), out)
+
+
+@compiled
 def _below(a, b):
     return module.how_many(module.below(module.eight(a, 0), module.eight(b, 0)))
 
@@ -108,6 +111,9 @@ def _below(a, b):
 def test_what_is_no_number_is_below_nothing():
     assert _below(np.full(8, np.nan), np.full(8, np.inf)) == 0
     assert _below(np.zeros(8), np.full(8, np.nan)) == 0
+    out = np.empty(8)
+    _lesser(np.full(8, np.nan), np.ones(8), out)
+    assert out.tolist() == [1.0] * 8
 
 
 @pytest.mark.skipif(

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from softslip.solver.geometry import Layout
 from softslip.solver.neighbours import SKIN, ContactList, find_pairs
-from softslip.solver.steric import add_contacts
+from softslip.solver.steric import ContactForces
 
 REACH = 0.1
 
@@ -101,9 +101,8 @@ def layout_of(bodies, per_body, walls):
 
 def forces_of(contacts, positions, layout, length, reach):
     forces = np.zeros_like(positions)
-    film = add_contacts(
-        positions, layout.weights, *contacts.pairs(positions), length, reach, 1.0, forces
-    )
+    law = ContactForces(layout.chains, layout.weights, length, reach, 1.0)
+    film = law.add(positions, contacts.pairs(positions), forces)
     return forces, film
 
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from softslip.solver.films import REFERENCE_MESH_SIZE, REFERENCE_NODE_SPACING, contact_strength
 from softslip.solver.neighbours import find_pairs
-from softslip.solver.steric import add_contacts, closing_rate
+from softslip.solver.steric import ContactForces, closing_rate
 
 RANGE = 9 * REFERENCE_MESH_SIZE
 LENGTH = 6 * RANGE
@@ -35,17 +35,10 @@ def scattered(seed, count=40, closest=0.3):
 
 def contacts(positions, body, weights, reading, length=LENGTH):
     forces = np.zeros_like(positions)
-    starts, partners = find_pairs(positions, body, 4, length, 1.2 * RANGE)
-    film = add_contacts(
-        positions,
-        weights,
-        starts,
-        partners,
-        length,
-        RANGE,
-        contact_strength(ENERGY, reading),
-        forces,
-    )
+    listed = find_pairs(positions, body, 4, length, 1.2 * RANGE)
+    chains = np.searchsorted(body, np.arange(7))
+    strength = contact_strength(ENERGY, reading)
+    film = ContactForces(chains, weights, length, RANGE, strength).add(positions, listed, forces)
     return forces, film
 
 
@@ -95,16 +88,10 @@ def test_contacts_exert_no_net_force_and_no_torque(seed, reading):
         pair = positions[[i, j]].copy()
         pair[1, 0] = pair[0, 0] + twins.minimum_image(pair[1, 0] - pair[0, 0], LENGTH)
         own = np.zeros((2, 2))
-        add_contacts(
-            pair,
-            weights[[i, j]],
-            np.array([0, 1, 1]),
-            np.array([1]),
-            LENGTH,
-            RANGE,
-            contact_strength(ENERGY, reading),
-            own,
+        two = ContactForces(
+            np.arange(3), weights[[i, j]], LENGTH, RANGE, contact_strength(ENERGY, reading)
         )
+        two.add(pair, (np.array([0, 1, 1]), np.array([1])), own)
         assert np.array_equal(own[0], -own[1]), "action and reaction differ"
         total += np.sum(pair[:, 0] * own[:, 1] - pair[:, 1] * own[:, 0])
     assert abs(total) <= 1e-12 * size * LENGTH, f"torque {total:.1e}"

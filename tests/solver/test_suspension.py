@@ -138,8 +138,8 @@ def contact_points(positions, layout, given):
     factor, length = given.steric.refinement, given.channel.length
     jumps = np.append(np.zeros(layout.particles), [length, length])
     points = np.empty((factor * layout.nodes, 2))
-    every = np.ones(len(jumps), bool)
-    refine(positions, layout.chains, jumps, every, lagrange_weights(factor), points)
+    every, weights = np.ones(len(jumps), bool), lagrange_weights(factor)
+    refine(positions, layout.chains, jumps, every, weights, factor * layout.chains, *points.T)
     body = np.repeat(layout.body, factor)
     starts, second = find_pairs(points, body, layout.particles, length, given.steric.length)
     pairs = np.repeat(np.arange(len(points)), np.diff(starts)), second
@@ -461,7 +461,7 @@ def counted(monkeypatch):
 @pytest.mark.parametrize("roughness", [0.0, 0.59])
 def test_without_particles_no_contact_is_searched_for(mesh, roughness, counted):
     searches = counted("find_pairs", neighbours)
-    forces = counted("add_contacts", steric)
+    forces = counted("_add_contacts", steric)
     refined = counted("refine", contacts)
     given, suspension, state = channel(mesh, roughness, stress=0.5)
     evaluation = suspension.evaluate(state)

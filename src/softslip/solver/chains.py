@@ -97,7 +97,8 @@ class Subdivision:
             return values
         refined = np.empty((len(self._weights) * len(values), 2))
         every = np.ones(jumps.size, np.bool_)
-        refine(values, self._chains, jumps, every, self._weights, refined)
+        begins = len(self._weights) * self._chains
+        refine(values, self._chains, jumps, every, self._weights, begins, *refined.T)
         return refined
 
 
@@ -150,7 +151,9 @@ def refine(
     jumps: FloatArray,
     selected: BoolArray,
     weights: FloatArray,
-    points: FloatArray,
+    begins: IntArray,
+    points_x: FloatArray,
+    points_y: FloatArray,
 ) -> None:
     """Place m points per node along each selected chain, at the material coordinates s + q/m.
 
@@ -167,8 +170,10 @@ def refine(
         Which chains get their points, shape (chains,).
     weights
         Of `lagrange_weights`, shape (m, 6).
-    points
-        Output, shape (m nodes, 2): point q of node s is row m s + q.
+    begins
+        Where the points of each chain begin, shape (chains,) or more.
+    points_x, points_y
+        Output, shape (points,): point q of the s-th node of a chain is m s + q after its first.
     """
     factor = weights.shape[0]
     size = longest_chain(offsets) + 2 * PADDING
@@ -177,29 +182,28 @@ def refine(
         if not selected[p]:
             continue
         count = unroll(positions, offsets[p], offsets[p + 1], jumps[p], x, y)
-        chain = points[factor * offsets[p] : factor * offsets[p + 1]]
+        own_x = points_x[begins[p] : begins[p] + factor * count]
+        own_y = points_y[begins[p] : begins[p] + factor * count]
         for q in range(factor):
-            _interpolate(x, y, weights[q], count, chain[q::factor])
+            _interpolate(x, weights[q], count, own_x[q::factor])
+            _interpolate(y, weights[q], count, own_y[q::factor])
 
 
 @compiled
-def _interpolate(
-    x: FloatArray, y: FloatArray, weights: FloatArray, count: int, points: FloatArray
-) -> None:
+def _interpolate(x: FloatArray, weights: FloatArray, count: int, points: FloatArray) -> None:
     """Combine the six nodes around each of the ``count`` places of an unrolled chain."""
     a, b, c, d, e, f = weights[0], weights[1], weights[2], weights[3], weights[4], weights[5]
     for s in range(count):
-        points[s, 0] = (
+        points[s] = (
             a * x[s + 1] + b * x[s + 2] + c * x[s + 3] + d * x[s + 4] + e * x[s + 5] + f * x[s + 6]
-        )
-        points[s, 1] = (
-            a * y[s + 1] + b * y[s + 2] + c * y[s + 3] + d * y[s + 4] + e * y[s + 5] + f * y[s + 6]
         )
 
 
 @compiled
 def carry_back(
-    point_forces: FloatArray,
+    forces_x: FloatArray,
+    forces_y: FloatArray,
+    begins: IntArray,
     offsets: IntArray,
     selected: BoolArray,
     weights: FloatArray,
@@ -209,8 +213,8 @@ def carry_back(
 
     Parameters
     ----------
-    point_forces
-        Shape (m nodes, 2) [force per unit length of the third direction].
+    forces_x, forces_y, begins
+        Shape (points,), in the order of `refine` [force per unit length of the third direction].
     offsets, selected, weights
         As in `refine`.
     forces
@@ -226,8 +230,8 @@ def carry_back(
         # Entry s of both belongs to node s - _BEFORE; what sticks out is folded back below.
         for s in range(count):
             for q in range(factor):
-                row = factor * (first + s) + q
-                fx, fy = point_forces[row, 0], point_forces[row, 1]
+                point = begins[p] + factor * s + q
+                fx, fy = forces_x[point], forces_y[point]
                 # Most points touch nothing.
                 if fx == 0.0 and fy == 0.0:
                     continue

@@ -56,15 +56,23 @@ class Contacts:
         layout: Layout,
         shared: tuple[PairSource, float] | None = None,
     ) -> None:
-        self._length, self._range, self._strength = length, law.range, law.strength
+        self._length, self._range = length, law.range
         factor = law.refinement
         self._plain = factor == 1
-        # Positions of the points, and their forces or velocities.
+        # Positions and velocities of the points.
         self._buffers = np.empty((2, factor * layout.nodes, 2))
         self._interpolation = lagrange_weights(factor)
         self._chains = layout.chains
         self._jump = period_jumps(layout, self._length)
-        self._weights = np.repeat(layout.weights, factor) / factor
+        self._between = steric.ContactForces(
+            factor * layout.chains,
+            np.repeat(layout.weights, factor) / factor,
+            length,
+            law.range,
+            law.strength,
+        )
+        self._to_places = self._interpolation / law.range
+        self._from_forces = self._interpolation * self._between.scale
         gain = float(np.abs(self._interpolation).sum(axis=1).max())
         every = np.ones(layout.particles + 2, np.bool_)
         refinement = Refinement(
@@ -86,26 +94,14 @@ class Contacts:
             Smallest distance between contact points of two bodies [length unit]; infinite where
             nothing is within the contact range.
         """
-        starts, partners = self._list.pairs(positions)
-        if not partners.size:
+        listed = self._list.pairs(positions)
+        if not listed[1].size:
             return math.inf
-        touching = self._list.touching
-        points = self._points(positions, self._jump, touching, self._buffers[0])
-        on_points = forces if self._plain else self._buffers[1]
-        if not self._plain:
-            on_points[:] = 0.0
-        film = steric.add_contacts(
-            points,
-            self._weights,
-            starts,
-            partners,
-            self._length,
-            self._range,
-            self._strength,
-            on_points,
-        )
-        if not self._plain:
-            carry_back(on_points, self._chains, touching, self._interpolation, forces)
+        touching, between = self._list.touching, self._between
+        begins, (x, y), (fx, fy) = between.slots.begins, between.places, between.forces
+        refine(positions, self._chains, self._jump, touching, self._to_places, begins, x, y)
+        film = between.fill(listed)
+        carry_back(fx, fy, begins, self._chains, touching, self._from_forces, forces)
         return film
 
     def listed(self, positions: FloatArray) -> int:
@@ -135,7 +131,8 @@ class Contacts:
         """Return a quantity of the nodes at the contact points of the touching bodies."""
         if self._plain:
             return values
-        refine(values, self._chains, jump, touching, self._interpolation, points)
+        begins = len(self._interpolation) * self._chains
+        refine(values, self._chains, jump, touching, self._interpolation, begins, *points.T)
         return points
 
 

@@ -152,6 +152,24 @@ def below(context: Any, a: Any, b: Any) -> tuple[Any, Any]:
 
 
 @intrinsic
+def beyond(context: Any, a: Any, b: Any) -> tuple[Any, Any]:
+    """Return where a >= b, which what is no number never is."""
+    return lane_mask(lanes, lanes), lambda _, builder, __, values: builder.fcmp_ordered(
+        ">=", *values
+    )
+
+
+@intrinsic
+def lesser(context: Any, a: Any, b: Any) -> tuple[Any, Any]:
+    """Return the lesser number of each lane, b where a is no number."""
+
+    def generate(_: Any, builder: Any, __: Any, values: Any) -> Any:
+        return builder.select(builder.fcmp_ordered("<", *values), *values)
+
+    return lanes(lanes, lanes), generate
+
+
+@intrinsic
 def where(context: Any, mask: Any, a: Any, b: Any) -> tuple[Any, Any]:
     """Return a where the mask holds, b elsewhere."""
     return lanes(lane_mask, lanes, lanes), lambda _, builder, __, values: builder.select(*values)
@@ -229,6 +247,18 @@ def four_twice(context: Any, array: Any, start: Any) -> tuple[Any, Any]:
 def two_by_four(context: Any, array: Any, start: Any) -> tuple[Any, Any]:
     """Return a, a, a, a, b, b, b, b, the two numbers of a contiguous array from a place on."""
     return lanes(array, types.uint64), _loading(2, [0] * HALF + [1] * HALF)
+
+
+@intrinsic
+def put_eight(context: Any, array: Any, start: Any, value: Any) -> tuple[Any, Any]:
+    """Write eight numbers of a contiguous array from a place on."""
+
+    def generate(target: Any, builder: Any, kinds: Any, values: Any) -> Any:
+        place = _place(target, builder, kinds.args[0], values, _VECTOR)
+        builder.store(values[2], place, align=8)
+        return target.get_dummy_value()
+
+    return types.void(array, types.uint64, lanes), generate
 
 
 @intrinsic

@@ -25,7 +25,7 @@ class Sum:
     def __init__(self, ratio, positions, length, *, second=0, skin=0.1):
         count = len(positions)
         self.blob, self.length = Blob.fitted(ratio), length
-        self.slots = Slots(count - second, second)
+        self.slots = Slots([0, count - second, count])
         self.sum = module.NearSum(self.blob, self.slots, length)
         self.listed = find_pairs(positions, np.arange(count), count - second, length, 1 + skin)
         self.places = self.slots.places()

@@ -138,7 +138,7 @@ class EwaldMobility:
         self._list = VerletList(box.length, self.reach, SKIN * self.reach)
         self._rigid = RigidPairs.none() if rigid is None else self._rigid_pairs(rigid)
         self._aside = ThreadPoolExecutor(1) if threads > 1 else None
-        self._room = _Room(self._blob, Slots(0, 0), 1.0)
+        self._room = _Room(self._blob, Slots([0, 0]), 1.0)
         self.pairs = 0
 
     def _response(self, viscosity: float) -> tuple[FloatArray, NDArray[np.complex128]]:
@@ -211,7 +211,7 @@ class EwaldMobility:
         positions, forces = np.ascontiguousarray(positions), np.ascontiguousarray(forces)
         count, free = len(positions), len(positions) - self._rigid.nodes
         if self._room.slots.nodes != count:
-            self._room = _Room(self._blob, Slots(free, count - free), self._over_reach[0])
+            self._room = _Room(self._blob, Slots([0, free, count]), self._over_reach[0])
         room, listed = self._room, self.near_pairs(positions)
         room.take(positions, forces, self.reach)
         if self._aside is None:
@@ -245,7 +245,7 @@ class EwaldMobility:
         # Bodies whose nodes are no pairs: all points, and all nodes.
         body = np.repeat([0, 1], [count, nodes])
         listed = find_pairs(everywhere, body, 2, self._periods[0], self.reach)
-        room = _Room(self._blob, Slots(count, nodes), self._over_reach[0])
+        room = _Room(self._blob, Slots([0, count, count + nodes]), self._over_reach[0])
         room.take(everywhere, without, self.reach)
         self._near(room, listed)
         self._far(room)

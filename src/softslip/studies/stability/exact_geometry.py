@@ -29,10 +29,10 @@ def polygon_area_error(state: State, layout: Layout) -> float:
 def _finer_membranes(nodes: FloatArray, layout: Layout) -> tuple[FloatArray, IntArray]:
     """Return `FINER` points per node of each membrane, and the first row of each."""
     points = np.empty((FINER * len(nodes), 2))
-    chains = layout.offsets
-    every = np.ones(layout.particles, np.bool_)
-    refine(nodes, chains, np.zeros(layout.particles), every, lagrange_weights(FINER), points)
-    return points, FINER * chains
+    chains, begins = layout.offsets, FINER * layout.offsets
+    every, jumps = np.ones(layout.particles, np.bool_), np.zeros(layout.particles)
+    refine(nodes, chains, jumps, every, lagrange_weights(FINER), begins, *points.T)
+    return points, begins
 
 
 def crossing_of(state: State, layout: Layout, parameters: Parameters) -> str:

@@ -11,7 +11,7 @@ from softslip.simulation import assembly
 from softslip.solver.films import REFERENCE_MESH_SIZE, contact_strength
 from softslip.solver.geometry import FloatArray, Layout
 from softslip.solver.neighbours import find_pairs
-from softslip.solver.steric import add_contacts
+from softslip.solver.steric import ContactForces
 from softslip.studies.boxes import MEAN_RADIUS as RADIUS
 from softslip.studies.validation.case import Case, Outcome
 from softslip.studies.validation.single_particle import unit_circle
@@ -113,9 +113,11 @@ class _Sheets:
         moved = np.array([0.0, offset * self._steric.refinement * apart])
         along = (np.arange(self._count) * apart + moved[:, None]).ravel()
         positions = np.column_stack((along, self._film * self._body))
-        starts, partners = find_pairs(positions, self._body, 2, LENGTH, reach)
+        listed = find_pairs(positions, self._body, 2, LENGTH, reach)
         forces, weights = np.zeros_like(positions), np.full(len(positions), apart)
-        add_contacts(positions, weights, starts, partners, LENGTH, reach, self._strength, forces)
+        sheets = self._count * np.arange(3)
+        contacts = ContactForces(sheets, weights, LENGTH, reach, self._strength)
+        contacts.add(positions, listed, forces)
         total: FloatArray = forces[self._count :].sum(axis=0)
         return total
 
