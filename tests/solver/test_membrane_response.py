@@ -9,6 +9,7 @@ from scenes import empty, parameters
 
 from softslip.simulation import assembly
 from softslip.solver.geometry import Box, Layout
+from softslip.solver.long_modes import LONG_MODES
 from softslip.solver.membrane import (
     ORDERS,
     MembraneLaw,
@@ -17,7 +18,7 @@ from softslip.solver.membrane import (
     membrane_areas,
     staggered,
 )
-from softslip.solver.membrane_response import LONG_MODES, MembraneResponse
+from softslip.solver.membrane_response import MembraneResponse
 from softslip.solver.mobility.ewald import EwaldMobility
 from softslip.solver.mobility.line import line_symbols
 from softslip.solver.mobility.quadrature import CorrectedQuadrature

@@ -7,13 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from softslip.solver.integrators import Accuracy, Memory, imex_rkc2
-from softslip.solver.integrators.chebyshev import MOST_STAGES
-from softslip.solver.integrators.partitioned import (
-    FEWEST_STAGES,
-    RADIUS_SAFETY,
-    _scheme,
-    fixed_imex_step,
-)
+from softslip.solver.integrators.partitioned import FEWEST_STAGES
+from softslip.solver.integrators.partitioned_stages import fixed_imex_step, partitioned_scheme
+from softslip.solver.integrators.recurrence import MOST_STAGES
+from softslip.solver.integrators.step_control import RADIUS_SAFETY
 
 RATES = np.array([1.0, 30.0, 1e3, 1e5])
 """Of modes that relax towards a slow motion."""
@@ -121,7 +118,7 @@ def test_steps_of_any_length_are_stable_where_half_of_the_rate_is_known(stages, 
 # With three stages the smoothing makes steps stable somewhat beyond it.
 @given(stages=st.integers(4, 60), excess=st.floats(0.0, 0.9))
 def test_the_reach_is_where_steps_become_unstable(stages, excess):
-    scheme = _scheme(stages)
+    scheme = partitioned_scheme(stages)
     # With the part l known, g λ/(1 + g l) is what the recurrence sees.
     for factor, stable in ((1 - 1e-6, True), (1.3, False)):
         shift = scheme.shift
@@ -163,7 +160,7 @@ def test_stages_follow_what_the_response_does_not_know():
         assert stiffness == pytest.approx(
             taken.memory.shift * RATES[-1] / (1 + taken.memory.shift * part * RATES[-1]), rel=0.02
         )
-        scheme = _scheme(taken.stages)
+        scheme = partitioned_scheme(taken.stages)
         assert RADIUS_SAFETY * 0.1 * taken.memory.spectral_radius * scheme.shift <= scheme.reach
     assert count[1.0] == FEWEST_STAGES
     assert count[0.0] > 100

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from softslip.simulation import assembly
 from softslip.simulation.assembly import contact_law, mean_flow
 from softslip.simulation.sample import wall_contour
-from softslip.solver import contacts, membrane, neighbours, rheometer, steric
+from softslip.solver import contact_list, contacts, membrane, rheometer, steric
 from softslip.solver.chains import lagrange_weights, refine
 from softslip.solver.contacts import Contacts
 from softslip.solver.geometry import LOWER, UPPER
@@ -460,7 +460,7 @@ def counted(monkeypatch):
 @pytest.mark.parametrize("mesh", MESHES)
 @pytest.mark.parametrize("roughness", [0.0, 0.59])
 def test_without_particles_no_contact_is_searched_for(mesh, roughness, counted):
-    searches = counted("find_pairs", neighbours)
+    searches = counted("find_pairs", contact_list)
     forces = counted("_add_contacts", steric)
     refined = counted("refine", contacts)
     given, suspension, state = channel(mesh, roughness, stress=0.5)

@@ -5,6 +5,7 @@ import xarray as xr
 
 from softslip.config.parameters import Parameters
 from softslip.simulation.sample import channel_box, wall_contour
+from softslip.solver.contact_list import PairSource
 from softslip.solver.contacts import ContactLaw, Contacts, NoContacts
 from softslip.solver.control import Control, PrintedControl, RateControl, StressControl
 from softslip.solver.films import contact_strength
@@ -18,7 +19,6 @@ from softslip.solver.mobility.grid import GridMobility, regularisation_length
 from softslip.solver.mobility.outside import StillOutside
 from softslip.solver.mobility.profile import MeanFlow
 from softslip.solver.mobility.quadrature import CorrectedQuadrature
-from softslip.solver.neighbours import PairSource
 from softslip.solver.rheometer import Balance, unit_drive
 from softslip.solver.splitting import farthest_reach, split_length
 from softslip.solver.suspension import Suspension

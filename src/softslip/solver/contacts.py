@@ -7,8 +7,8 @@ import numpy as np
 
 from softslip.solver import steric
 from softslip.solver.chains import carry_back, lagrange_weights, period_jumps, refine
+from softslip.solver.contact_list import ContactList, PairSource, Refinement
 from softslip.solver.geometry import BoolArray, FloatArray, Layout
-from softslip.solver.neighbours import ContactList, PairSource, Refinement
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,16 @@ It suits rates whose Jacobian has eigenvalues close to the negative real axis.
 
 import math
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
-from softslip.errors import NumericalError
+from softslip.solver.integrators.recurrence import (
+    DAMPING,
+    MOST_STAGES,
+    ChebyshevRecurrence,
+    StageTerms,
+)
 from softslip.solver.integrators.spectral import with_radius
 from softslip.solver.integrators.step_control import (
     MOST_REJECTIONS,
@@ -19,6 +24,7 @@ from softslip.solver.integrators.step_control import (
     RADIUS_SAFETY,
     Counted,
     Trial,
+    attempted,
     check_advances,
     exhausted,
     local_error,
@@ -36,12 +42,6 @@ from softslip.solver.integrators.stepping import (
     landing,
 )
 from softslip.solver.stepper_memory import Memory, Vector
-
-DAMPING = 2.0 / 13.0
-"""ε: all modes but the slow ones lose at least about ε/3 a step, for 2 % of the stable step."""
-
-MOST_STAGES = 200
-"""Stages of a step at most; beyond, rounding errors grow, and the step is shortened instead."""
 
 
 def rkc2(
@@ -77,7 +77,8 @@ def rkc2(
         dt, end = landing(time, until, min(wish, largest, _longest_stable(memory.spectral_radius)))
         check_advances(time, end, dt)
         stages = _stages(dt * memory.spectral_radius)
-        trial = _attempt(counted, origin, dt, end, stages, accuracy)
+        stepping = partial(_chebyshev, counted, origin, dt, end, stages, accuracy)
+        trial = attempted(origin, stepping)
         if trial.error <= 1.0:
             wanted = next_wish(dt, wish, trial.error)
             step = min(wanted, wish) if rejections else wanted
@@ -123,40 +124,18 @@ def _stages(stiffness: float) -> int:
 class _Stage:
     """Coefficients of Y_j = base Y_0 + last Y_{j-1} + older Y_{j-2} + Δt (rate F_{j-1} + ...)."""
 
-    node: float  # c_j, the time of the stage in units of Δt
     base: float
-    last: float
-    older: float
-    rate: float
-    first_rate: float
+    terms: StageTerms
 
 
 @lru_cache(maxsize=MOST_STAGES)
 def _scheme(stages: int) -> tuple[_Stage, ...]:
-    """Coefficients of all stages, from the recurrence of the Chebyshev polynomials at w₀ > 1.
-
-    The amplification of a mode is a_s + b_s T_s(w₀ + w₁ z), a_s = 1 - b_s T_s(w₀), with w₁ and b_s
-    such that its first three Taylor coefficients are those of e^z.
-    """
-    w0 = 1.0 + DAMPING / stages**2
-    T, dT, ddT = [1.0, w0], [0.0, 1.0], [0.0, 0.0]
-    for j in range(2, stages + 1):
-        T.append(2.0 * w0 * T[j - 1] - T[j - 2])
-        dT.append(2.0 * w0 * dT[j - 1] - dT[j - 2] + 2.0 * T[j - 1])
-        ddT.append(2.0 * w0 * ddT[j - 1] - ddT[j - 2] + 4.0 * dT[j - 1])
-    w1 = dT[stages] / ddT[stages]
-    b = [ddT[j] / dT[j] ** 2 for j in range(2, stages + 1)]
-    b = [b[0], b[0], *b]
-    # The last node is 1 by construction, but not to the last bit.
-    c = [w1 * ddT[j] / dT[j] for j in range(2, stages)] + [1.0]
-    c = [0.0, b[1] * w1, *c]
-    scheme = [_Stage(c[1], 1.0, 0.0, 0.0, 0.0, b[1] * w1)]
-    for j in range(2, stages + 1):
-        last, older = 2.0 * w0 * b[j] / b[j - 1], -b[j] / b[j - 2]
-        share = 2.0 * w1 * b[j] / b[j - 1]
-        first = -(1.0 - b[j - 1] * T[j - 1]) * share
-        scheme.append(_Stage(c[j], 1.0 - last - older, last, older, share, first))
-    return tuple(scheme)
+    """Coefficients of all stages, with b₀ = b₁ = b₂."""
+    recurrence = ChebyshevRecurrence(stages)
+    b1 = recurrence.b2
+    first = b1 * recurrence.w1
+    later = (_Stage(1.0 - terms.last - terms.older, terms) for terms in recurrence.stages(b1, b1))
+    return _Stage(1.0, StageTerms(first, 0.0, 0.0, 0.0, first)), *later
 
 
 @compiled
@@ -195,16 +174,6 @@ def fixed_step(rate: Rate, vector: Vector, time: float, dt: float, stages: int) 
     return _chebyshev(rate, origin, dt, time + dt, stages, anything).vector
 
 
-def _attempt(
-    rate: Rate, origin: StepStart, dt: float, end: float, stages: int, accuracy: Accuracy
-) -> Trial:
-    """Try a step; the last call of ``rate`` is at its end."""
-    try:
-        return _chebyshev(rate, origin, dt, end, stages, accuracy)
-    except NumericalError as cause:
-        return Trial(origin.vector, origin.rate, origin.rate, math.inf, cause)
-
-
 def _chebyshev(
     rate: Rate, origin: StepStart, dt: float, end: float, stages: int, accuracy: Accuracy
 ) -> Trial:
@@ -214,13 +183,14 @@ def _chebyshev(
     free = [np.empty_like(y0) for _ in range(3)]
     for stage in _scheme(stages):
         out = free.pop()
-        weights = (stage.base, stage.last, stage.older, dt * stage.first_rate, dt * stage.rate)
+        terms = stage.terms
+        weights = (stage.base, terms.last, terms.older, dt * terms.first_rate, dt * terms.rate)
         if not _combine(out, y0, last, older, f0, f, weights):
             return Trial(out, f, f, math.inf)
         if older is not y0:
             free.append(older)
         last, older = out, last
-        f = rate(out, end if stage.node == 1.0 else origin.time + stage.node * dt)
+        f = rate(out, end if terms.node == 1.0 else origin.time + terms.node * dt)
     estimate = older if older is not y0 else np.empty_like(y0)
     error = local_error(estimate, dt, y0, last, f0, f, accuracy.scale) / accuracy.tolerance
     return Trial(last, f, estimate, error)

@@ -1,12 +1,13 @@
 """The control of steps by an estimate of their error, which several steppers share."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from softslip.errors import NumericalError
-from softslip.solver.integrators.stepping import Rate, compiled
+from softslip.solver.integrators.stepping import Rate, StepStart, compiled
 from softslip.solver.stepper_memory import Vector
 
 MOST_REJECTIONS = 12
@@ -50,6 +51,14 @@ class Trial:
     estimate: Vector
     error: float
     cause: NumericalError | None = None
+
+
+def attempted(origin: StepStart, stepping: Callable[[], Trial]) -> Trial:
+    """Return the trial step, of infinite error where the rate has no value on the way."""
+    try:
+        return stepping()
+    except NumericalError as cause:
+        return Trial(origin.vector, origin.rate, origin.rate, math.inf, cause)
 
 
 def next_wish(dt: float, wish: float, error: float) -> float:

@@ -36,8 +36,9 @@ from softslip.solver.mobility.window import (
     spread_window,
     window_transform,
 )
-from softslip.solver.neighbours import VerletList, find_pairs
+from softslip.solver.neighbours import find_pairs
 from softslip.solver.splitting import EWALD_REACH
+from softslip.solver.verlet_list import VerletList
 
 SKIN = 0.1
 """Thickness of the Verlet skin over the reach of the near sum: balances rebuilding and listing."""

@@ -11,8 +11,9 @@ import xarray as xr
 from softslip.errors import NumericalError
 from softslip.solver.films import REFERENCE_MESH_SIZE
 from softslip.solver.integrators import Vector
-from softslip.solver.integrators.chebyshev import DAMPING, fixed_step, reach
+from softslip.solver.integrators.chebyshev import fixed_step, reach
 from softslip.solver.integrators.explicit import REACH
+from softslip.solver.integrators.recurrence import DAMPING
 from softslip.studies.boxes import Tree, merged
 from softslip.studies.meanings import with_meanings
 from softslip.studies.scenes import Scene
