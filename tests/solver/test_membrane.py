@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from softslip.solver.membrane import (
     ORDERS,
     add_tension,
+    area_gradients,
     membrane_areas,
     remove_flux,
     rest_spacing,
@@ -277,6 +278,9 @@ def test_normals_are_the_gradient_of_the_area(seed, order):
     )
     rate = area_rate(positions, offsets, order, direction)
     assert risen - fallen == pytest.approx(rate, abs=1e-13 * np.abs(direction).sum())
+    along = (area_gradients(positions, offsets, order) * direction).sum(axis=1)
+    found = np.add.reduceat(along, offsets[:-1])
+    assert found == pytest.approx(rate, abs=1e-13 * np.abs(direction).sum())
 
 
 @given(seeds, orders)
