@@ -5,7 +5,7 @@ import threading
 
 import pytest
 
-from softslip.files.uninterrupted import SIGNALS, uninterrupted
+from softslip.files.uninterrupted import SIGNALS, signals_handled, uninterrupted
 
 
 @pytest.mark.parametrize("number", SIGNALS)
@@ -72,3 +72,12 @@ def test_another_thread_writes_as_well():
     thread.start()
     thread.join()
     assert written == [True]
+
+
+def test_a_handler_that_was_not_set_by_python_gives_way_to_the_usual_one(monkeypatch):
+    """Python says of it that it is None, which cannot be set."""
+    calls = []
+    monkeypatch.setattr(signal, "signal", lambda number, handler: calls.append((number, handler)))
+    with signals_handled(lambda *_: None):
+        calls.clear()
+    assert calls == [(number, signal.SIG_DFL) for number in SIGNALS]

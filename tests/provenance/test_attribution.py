@@ -52,6 +52,19 @@ def test_what_was_done_when_and_where_is_recorded(parent):
     assert set(code()) | set(machine()) <= set(found)
 
 
+@pytest.mark.parametrize("name", ["OPENBLAS_CORETYPE", "OPENBLAS_L2_SIZE", "GLIBC_TUNABLES"])
+def test_what_libraries_take_the_processor_for_is_recorded(monkeypatch, name):
+    """It changes last digits, so that a rerun without it may differ by them."""
+    for each in provenance._TOLD:
+        monkeypatch.delenv(each, raising=False)
+    plain = provenance._processor()
+    monkeypatch.setenv(name, "x=1\n")
+    told = provenance._processor()
+    assert told.startswith(plain)
+    assert f"{name}=" in told
+    assert told.isprintable()
+
+
 def test_no_path_and_no_user_is_recorded():
     words = json.dumps(Job().provenance(fingerprint="f" * 16))
     home = str(Path.home())

@@ -1,4 +1,5 @@
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -47,11 +48,47 @@ def test_the_digest_is_that_of_the_source_of_all_kernels(tmp_path):
     copy = tmp_path / "copy"
     shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
     assert source_digest(copy) == source_digest()
-    (copy / "analysis" / "figures" / "drawing.py").write_text("# no kernel\n")
+    (copy / "analysis" / "figures" / "drawing.py").write_text("# nothing is compiled here\n")
     assert source_digest(copy) == source_digest()
-    membrane = copy / "solver" / "membrane.py"
-    membrane.write_text(membrane.read_text() + "\n")
-    assert source_digest(copy) != source_digest()
+    # Kernels contain constants of modules that have no kernel, such as the last of these.
+    for module in ("solver/membrane.py", "simulation/growth.py", "solver/mobility/blob.py"):
+        before = source_digest(copy)
+        path = copy / module
+        path.write_text(path.read_text() + "\n")
+        assert source_digest(copy) != before, module
+
+
+def test_every_module_with_kernels_is_counted():
+    """Kernels are made by what two modules of the solver define, and by no other way."""
+    for path in PACKAGE.rglob("*.py"):
+        source = path.read_text()
+        if re.search(
+            r"^@(compiled|compiled_exactly|intrinsic)$|\bnb\.njit\b", source, re.MULTILINE
+        ):
+            inside = path.is_relative_to(PACKAGE / "solver")
+            assert inside or "from softslip.solver.compilation import" in source, path
+
+
+def cache_of(**settings):
+    """Return the folder that a process with some settings of numba keeps compiled functions in."""
+    code = "import numba; import softslip.solver.compilation; print(numba.config.CACHE_DIR)"
+    environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent), **settings}
+    line = [sys.executable, "-c", code]
+    return subprocess.run(line, env=environment, capture_output=True, check=True).stdout
+
+
+@pytest.mark.parametrize(
+    "setting",
+    ["NUMBA_OPT=1", "NUMBA_LOOP_VECTORIZE=0", "NUMBA_SLP_VECTORIZE=1", "NUMBA_BOUNDSCHECK=1"],
+)
+def test_what_was_compiled_under_other_settings_is_not_used(setting):
+    """Numba does not look at them, and kernels compiled under them give other last digits."""
+    name, _, value = setting.partition("=")
+    assert cache_of(**{name: value}) != cache_of()
+
+
+def test_the_number_of_threads_compiles_nothing_again():
+    assert cache_of(NUMBA_NUM_THREADS="1") == cache_of()
 
 
 @pytest.fixture

@@ -38,7 +38,7 @@ rule measure:
     message:
         "Measuring {wildcards.bench}"
     shell:
-        "OPENBLAS_NUM_THREADS=1 softslip bench {params.options}" " --output {output:q} &> {log:q}"
+        "softslip bench {params.options} --output {output:q} &> {log:q}"
 
 
 rule bench_figure:

@@ -25,11 +25,7 @@ from softslip.provenance.timestamps import put_in_order
 min_version("9.0")
 
 # Rules call the command that belongs to this very Python, whether or not it is activated.
-# Sums that BLAS splits over threads would depend on how many there are.
-os.environ |= {
-    "PATH": os.pathsep.join([os.path.dirname(sys.executable), *os.get_exec_path()]),
-    "OPENBLAS_NUM_THREADS": "1",
-}
+os.environ["PATH"] = os.pathsep.join([os.path.dirname(sys.executable), *os.get_exec_path()])
 
 unknown = sorted(set(config) - {"scenario", "numerics", "checkpoint"})
 if unknown:
@@ -77,13 +73,13 @@ def located(path):
 
 PLACE = Path(located(RESULTS))
 
-try:
-    refuse_other_file(SCENARIO, PLACE)
-except ConfigError as error:
-    raise WorkflowError(str(error)) from None
-
-# Snakemake tells by times what is out of date, which copies and archives do not keep.
+# What concerns the whole folder is done once, and not in the process of every job.
 if workflow.is_main_process:
+    try:
+        refuse_other_file(SCENARIO, PLACE)
+    except ConfigError as error:
+        raise WorkflowError(str(error)) from None
+    # Snakemake tells by times what is out of date, which copies and archives do not keep.
     put_in_order(PLACE)
 
 # Snakemake's own lock is a file that outlives a killed process (profiles/default leaves it out).

@@ -2,12 +2,30 @@
 
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
 SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 """What a scheduler, a person and a closed terminal send."""
+
+
+@contextmanager
+def signals_handled(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
+    """Have another handler for `SIGNALS` while the block runs; only the main thread can set one.
+
+    Parameters
+    ----------
+    handler
+        Called with the signal's number.
+    """
+    before = {number: signal.signal(number, handler) for number in SIGNALS}
+    try:
+        yield
+    finally:
+        for number, former in before.items():
+            # None stands for a handler that was not set by Python, and cannot be set by it.
+            signal.signal(number, signal.SIG_DFL if former is None else former)
 
 
 @contextmanager
@@ -26,12 +44,9 @@ def uninterrupted() -> Iterator[None]:
     def wait(number: int, _: FrameType | None) -> None:
         waiting.append(number)
 
-    before = {number: signal.signal(number, wait) for number in SIGNALS}
     try:
-        yield
+        with signals_handled(wait):
+            yield
     finally:
-        for number, handler in before.items():
-            # None stands for a handler that was not set by Python, and cannot be set by it.
-            signal.signal(number, signal.SIG_DFL if handler is None else handler)
         for each in waiting:
             signal.raise_signal(each)

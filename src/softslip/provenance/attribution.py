@@ -19,6 +19,7 @@ import psutil
 import xarray as xr
 
 from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST
+from softslip.messages import Verbatim, brief
 from softslip.provenance.environment import environment
 
 ROOT = Path(__file__).parents[3]
@@ -29,6 +30,8 @@ UNKNOWN = "unknown"
 _WATCHED = ("src", "workflow", "config", "Snakefile", "pyproject.toml", "requirements.lock")
 """What counts when it is asked whether the code is that of its commit."""
 
+_TOLD = ("OPENBLAS_CORETYPE", "OPENBLAS_L2_SIZE", "GLIBC_TUNABLES")
+"""Variables that choose how linear algebra and the C library's functions are computed."""
 
 PROVENANCE = (
     "fingerprint",
@@ -155,6 +158,15 @@ def machine() -> Mapping[str, Any]:
 
 
 def _processor() -> str:
+    """Return the processor's model, and what libraries were told to take it for.
+
+    Like another processor, that changes the last digits of results.
+    """
+    told = [f"{name}={brief(Verbatim(os.environ[name]))}" for name in _TOLD if name in os.environ]
+    return f"{_model()} ({', '.join(told)})" if told else _model()
+
+
+def _model() -> str:
     """Return the processor's model, which Python itself does not know on Linux."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()

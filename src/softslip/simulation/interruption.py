@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from types import FrameType
 
 from softslip.errors import Interrupted
-from softslip.files.uninterrupted import SIGNALS
+from softslip.files.uninterrupted import signals_handled
 
 
 class Interruption:
@@ -55,9 +55,5 @@ def interruptible(at_once: bool) -> Iterator[Interruption]:
         if at_once or again:
             interruption.check()
 
-    before = {number: signal.signal(number, take_note) for number in SIGNALS}
-    try:
+    with signals_handled(take_note):
         yield interruption
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)

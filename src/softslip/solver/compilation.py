@@ -2,8 +2,8 @@
 
 Numba keeps compiled functions from one process to the next and compiles again when the file of a
 function has changed. It does not look at the files of the functions that were compiled into it:
-after a change there, it would use the old ones. Here they are kept in a folder that is named
-after the source of all kernels.
+after a change there, it would use the old ones. Nor does it look at its own settings. Here they are
+kept in a folder that is named after the source of all kernels and after those settings.
 """
 
 import hashlib
@@ -14,20 +14,43 @@ import tempfile
 from contextlib import suppress
 from pathlib import Path
 
+import llvmlite
 import numba as nb
 
 _PACKAGE = Path(__file__).parents[1]
 
+_HAS_KERNELS = b"from softslip.solver.compilation import"
+
+_PLACES_AND_THREADS = ("CACHE_DIR", "NUMBA_NUM_THREADS", "NUMBA_DEFAULT_NUM_THREADS")
+"""Settings of numba that differ between machines and change no kernel."""
+
 
 def source_digest(folder: Path = _PACKAGE) -> str:
-    """Return the first digits of a SHA-256 over all files below a folder that speak of kernels."""
-    digest = hashlib.sha256()
+    """Return the first digits of a SHA-256 over all files below a folder that kernels depend on.
+
+    These are all of the solver, as kernels contain constants of modules that have no kernel
+    themselves, and the others that have kernels.
+    """
+    digest, solver = hashlib.sha256(), folder / "solver"
     for path in sorted(folder.rglob("*.py")):
         source = path.read_bytes()
-        if b"compiled" in source:
+        if path.is_relative_to(solver) or _HAS_KERNELS in source:
             digest.update(f"{path.relative_to(folder).as_posix()} {len(source)} ".encode())
             digest.update(source)
     return digest.hexdigest()[:16]
+
+
+def settings_digest() -> str:
+    """Return the first digits of a SHA-256 over numba's settings and the version of its compiler.
+
+    Some of them, such as NUMBA_OPT and NUMBA_BOUNDSCHECK, change the last digits of what kernels
+    give. Numba itself would use what it compiled under others.
+    """
+    settings = vars(nb.config).items()
+    counted = sorted((name, repr(value)) for name, value in settings if name.isupper())
+    lines = [f"{name}={value}" for name, value in counted if name not in _PLACES_AND_THREADS]
+    lines.append(f"llvmlite={llvmlite.__version__}")
+    return hashlib.sha256("\n".join(lines).encode()).hexdigest()[:16]
 
 
 def cache_folder() -> Path:
@@ -73,7 +96,9 @@ def _private_folder(folder: Path) -> Path:
 
 
 # Numba makes its settings' names when it is imported.
-nb.config.CACHE_DIR = str(cache_folder() / f"kernels-{source_digest()}")  # type: ignore[attr-defined]
+nb.config.CACHE_DIR = str(  # type: ignore[attr-defined]
+    cache_folder() / f"kernels-{source_digest()}-{settings_digest()}"
+)
 
 compiled = nb.njit(
     cache=True,

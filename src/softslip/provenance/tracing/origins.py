@@ -4,11 +4,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from softslip.config.fields import all_fields, extra
+from softslip.config.fields import all_fields
 from softslip.config.parameters import Parameters
+from softslip.config.sweep import label_of
 from softslip.provenance.attribution import UNKNOWN
 from softslip.provenance.product_labels import Product
 from softslip.provenance.trees import value_in
+
+_PARAMETERS = all_fields(Parameters)
 
 CHANGED = "*"
 """Mark of a commit whose code had been changed without committing."""
@@ -84,7 +87,10 @@ def swept_values(products: Sequence[Product]) -> list[dict[str, Any]]:
     """
     axes = list(dict.fromkeys(path for each in products for path in _axes(each)))
     varying = {} if axes else _varying(products)
-    labels = {path: _label(path) for path in {*axes, *(p for v in varying.values() for p in v)}}
+    named = {*axes, *(path for paths in varying.values() for path in paths)}
+    # Results of an earlier release may have parameters that are not known any more.
+    labels = {path: path.rpartition(".")[2] for path in named - _PARAMETERS.keys()}
+    labels |= {path: label_of(path) for path in named & _PARAMETERS.keys()}
     return [
         {
             labels[path]: found
@@ -105,7 +111,7 @@ def _varying(products: Sequence[Product]) -> dict[str, list[str]]:
     values: dict[str, dict[str, set[str]]] = {}
     for product in products:
         seen = values.setdefault(product.stage, {})
-        for path in _LABELS:
+        for path in _PARAMETERS:
             seen.setdefault(path, set()).add(repr(_value(product.parameters, path)))
     return {
         stage: [path for path, found in seen.items() if len(found) > 1]
@@ -117,13 +123,3 @@ def _value(tree: Mapping[str, Any], path: str) -> Any:
     """Return the number or word at a path, None where there is none."""
     value = value_in(tree, path)
     return value if isinstance(value, int | float | str) else None
-
-
-def _label(path: str) -> str:
-    return _LABELS.get(path, path.rpartition(".")[2])
-
-
-_LABELS = {
-    path: str(extra(field, "label") or path.rpartition(".")[2])
-    for path, field in all_fields(Parameters).items()
-}

@@ -4,7 +4,6 @@ What a command needs is what the result says it was made from: the runs' parents
 exactly the runs that it has, linked into the folder. Nothing is written where results are.
 """
 
-import os
 import shutil
 import subprocess
 import sys
@@ -172,10 +171,8 @@ def run_command(words: Sequence[str], folder: Path) -> str:
     str
         Nothing if it ended well, else the last line that it said.
     """
-    # As the workflow does: sums that BLAS splits over threads would depend on how many there are.
-    settings = os.environ | {"OPENBLAS_NUM_THREADS": "1"}
     command = [sys.executable, "-m", "softslip", *words]
-    ended = subprocess.run(command, cwd=folder, env=settings, capture_output=True, text=True)
+    ended = subprocess.run(command, cwd=folder, capture_output=True, text=True)
     if ended.returncode == 0:
         return ""
     said = ended.stderr.strip().splitlines()

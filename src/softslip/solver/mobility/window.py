@@ -12,7 +12,7 @@ shifted by WIDTH/2 - 1 lines, which spreading and gathering undo for each other.
 from typing import Any
 
 import numpy as np
-from llvmlite import ir  # type: ignore[import-untyped]
+from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 from numpy.typing import NDArray
