@@ -1,22 +1,25 @@
 """No command ends in a traceback, whatever it inherits and wherever it is called.
 
 Every subcommand is called under generated environments, streams, folders and rights. What may be
-inherited without harm changes nothing: the command succeeds, with the same content.
+inherited without harm changes nothing: the command succeeds, with the same content. Everything is
+met by one command at least in each run of the tests, and by all the others with `-m slow`.
 """
 
 import json
 import os
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
-from itertools import product
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import cycle
 from pathlib import Path
 
 import pytest
 import small_results
+from forked import Forks
 from hostile import (
     FILES,
     FOLDERS,
     NAMES,
+    READ_AT_START,
     RIGHTS,
     STREAMS,
     VARIABLES,
@@ -28,11 +31,9 @@ from hostile import (
 from projects import copy_project
 
 from softslip.cli import COMMANDS, GROUPS
+from softslip.cli.inherited import FAMILIES, KEPT
 from softslip.config.scenario import load_scenario
 from softslip.provenance.product_labels import read_product
-
-# Minutes on a machine of one's own.
-pytestmark = pytest.mark.slow
 
 STATUSES = (0, 1, 2, 75)
 """Exit statuses that are documented."""
@@ -46,7 +47,7 @@ WORDS: Mapping[str, str] = {
     "shear": "shear small {shear} --parent {ageing_file} --output out/shear.nc",
     "gather": "gather flow_curve small --output out/flow_curve.nc",
     "fit": "fit results/small/flow_curve.nc --output out/fits.nc",
-    "draw": "draw creep results/small/creep.nc --output out/creep.png",
+    "draw": "draw fig4 results/small/profiles.nc --output out/fig4.png",
     "runs": "runs small",
     "schema": "schema",
     "status": "status small --json",
@@ -54,8 +55,8 @@ WORDS: Mapping[str, str] = {
     "plan": "plan small --json",
     "calibrate": "calibrate results",
     "query": "query small stress>0.3 --json",
-    "export": "export results/small/figures/creep.png",
-    "trace": "trace results/small/figures/creep.png --json",
+    "export": "export results/small/figures/fig4.png",
+    "trace": "trace results/small/figures/fig4.png --json",
     "verify": "verify small --json",
     "crate": "crate small --zip out/small.zip",
     "validate": "validate couette --json",
@@ -77,7 +78,7 @@ WRITTEN = {
     "shear": FILE,
     "gather": "results/small/flow_curve.nc",
     "fit": "results/small/fits.nc",
-    "draw": "results/small/figures/creep.png",
+    "draw": "results/small/figures/fig4.png",
 }
 """What was made in a clean environment by those that write results."""
 
@@ -167,70 +168,93 @@ def resolved(variables: Mapping[str, str | None], project: Path) -> dict[str, st
     }
 
 
+@pytest.fixture(scope="module")
+def forks() -> Iterator[Forks]:
+    """Return what runs commands in forks."""
+    served = Forks()
+    yield served
+    served.close()
+
+
+@pytest.fixture(scope="module")
+def forks_without_privileges() -> Iterator[Forks]:
+    """Return what runs commands in forks, as a user to whom rights apply."""
+    served = Forks(WITHOUT_PRIVILEGES if ROOT else None)
+    yield served
+    served.close()
+
+
 ENVIRONMENTS = list(environments())
 
+SHORT = ("runs", "status", "clean", "query", "plan")
+"""Commands that take a second."""
 
-def _some(pairs: Sequence[tuple[str, ...]], every: int, start: int = 0) -> list[object]:
-    """Return all pairs, those apart from every so-many-th only for who has the time."""
+
+def every_pair(kinds: Iterable[str], shift: int = 0) -> list[object]:
+    """Return each kind with each command; one with each kind is no slow test."""
     return [
-        pytest.param(*pair, marks=() if number % every == start else pytest.mark.slow)
-        for number, pair in enumerate(pairs)
+        pytest.param(
+            kind, command, marks=() if command == SHORT[place % len(SHORT)] else pytest.mark.slow
+        )
+        for place, kind in enumerate(kinds, start=shift)
+        for command in WORDS
     ]
 
 
-@pytest.mark.parametrize(
-    ("command", "number"),
-    [
-        # Every command meets one of the environments, and every environment some commands.
-        pytest.param(
-            command,
-            number,
-            marks=() if number == place % len(ENVIRONMENTS) else pytest.mark.slow,
-        )
-        for place, command in enumerate(WORDS)
-        for number in range(len(ENVIRONMENTS))
-    ],
-)
+@pytest.mark.parametrize(("number", "command"), every_pair(map(str, range(len(ENVIRONMENTS))), 3))
 def test_no_command_depends_on_what_it_inherits(
-    project: Path, clean: Path, answers: dict[str, str], command: str, number: int
+    project: Path, clean: Path, answers: dict[str, str], number: str, command: str
 ) -> None:
-    variables = resolved(ENVIRONMENTS[number], project)
+    variables = resolved(ENVIRONMENTS[int(number)], project)
     said = called(project, words(command, project), variables)
     assert_clear(said, f"{command} in environment {number}")
     assert_same(command, said, project, clean, answers, f"{command} in environment {number}")
 
 
+def not_withheld() -> Iterator[tuple[str, str | None, str]]:
+    """Yield each variable that libraries see, with each of its values and one of the commands.
+
+    All of them were tried together with every command; alone none is hidden by another.
+    """
+    seen = [name for name in VARIABLES if name in KEPT or not name.startswith(FAMILIES)]
+    pairs = [(name, value) for name in seen for value in VARIABLES[name]]
+    for (name, value), command in zip(pairs, cycle(WORDS), strict=False):
+        yield name, value, command
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("variable", "value"),
-    [(name, value) for name, values in VARIABLES.items() for value in values],
-)
+@pytest.mark.parametrize(("variable", "value", "command"), list(not_withheld()))
 def test_no_command_depends_on_a_single_variable(
-    project: Path, clean: Path, answers: dict[str, str], variable: str, value: str | None
+    project: Path,
+    clean: Path,
+    answers: dict[str, str],
+    variable: str,
+    value: str | None,
+    command: str,
 ) -> None:
-    variables = resolved({variable: value}, project)
-    for command in WORDS:
-        shutil.rmtree(project / "out")
-        (project / "out").mkdir()
-        said = called(project, words(command, project), variables)
-        where = f"{command} with {variable}={value}"
-        assert_clear(said, where)
-        assert_same(command, said, project, clean, answers, where)
+    said = called(project, words(command, project), resolved({variable: value}, project))
+    where = f"{command} with {variable}={value}"
+    assert_clear(said, where)
+    assert_same(command, said, project, clean, answers, where)
 
 
-@pytest.mark.parametrize(("state", "command"), _some(list(product(FOLDERS, WORDS)), 97))
-def test_no_folder_makes_a_traceback(project: Path, clean: Path, state: str, command: str) -> None:
+@pytest.mark.parametrize(("state", "command"), every_pair(FOLDERS))
+def test_no_folder_makes_a_traceback(
+    forks: Forks, project: Path, clean: Path, state: str, command: str
+) -> None:
     FOLDERS[state](project)
-    assert_clear(called(project, words(command, clean)), f"{command} where {state}")
+    line = words(command, clean)
+    said = called(project, line) if state in READ_AT_START else Said(*forks.call(project, line))
+    assert_clear(said, f"{command} where {state}")
 
 
-@pytest.mark.parametrize(("name", "command"), _some(list(product(NAMES, WORDS)), 83))
+@pytest.mark.parametrize(("name", "command"), every_pair(NAMES))
 def test_no_name_of_a_folder_matters(
-    project: Path, clean: Path, answers: dict[str, str], name: str, command: str
+    forks: Forks, project: Path, clean: Path, answers: dict[str, str], name: str, command: str
 ) -> None:
     place = os.path.join(os.fsencode(project.parent), NAMES[name])
     os.rename(project, place)
-    said = called(place, words(command, clean))
+    said = Said(*forks.call(place, words(command, clean)))
     os.rename(place, project)
     assert_clear(said, f"{command} in {name}")
     if name in UNREADABLE and said.status and command not in REFUSED:
@@ -239,7 +263,7 @@ def test_no_name_of_a_folder_matters(
         assert_same(command, said, project, clean, answers, f"{command} in {name}")
 
 
-@pytest.mark.parametrize(("stream", "command"), _some(list(product(STREAMS, WORDS)), 52))
+@pytest.mark.parametrize(("stream", "command"), every_pair(STREAMS))
 def test_no_stream_makes_a_traceback(project: Path, clean: Path, stream: str, command: str) -> None:
     said = called(project, words(command, clean), stream=STREAMS[stream])
     seen = "2>" not in STREAMS[stream] and stream != "nobody reads"
@@ -250,11 +274,13 @@ ROOT = os.geteuid() == 0
 
 
 @pytest.mark.skipif(ROOT and not shutil.which("setpriv"), reason="root may do everything")
-@pytest.mark.parametrize(("right", "command"), _some(list(product(RIGHTS, WORDS)), 62))
-def test_missing_rights_are_told(project: Path, clean: Path, right: str, command: str) -> None:
+@pytest.mark.parametrize(("right", "command"), every_pair(RIGHTS))
+def test_missing_rights_are_told(
+    forks_without_privileges: Forks, project: Path, clean: Path, right: str, command: str
+) -> None:
     line = words(command, clean)
     RIGHTS[right](project)
-    said = called(project, line, stream=WITHOUT_PRIVILEGES if ROOT else None)
+    said = Said(*forks_without_privileges.call(project, line))
     assert_clear(said, f"{command} where {right}")
 
 

@@ -320,8 +320,8 @@ HANDED = {
     *("MATERIAL", "all_fields", "departures", "label_of"),
     # Reports.
     "table_row",
-    # Which signals stop a run.
-    "SIGNALS",
+    # What notes that a run is to stop.
+    "signals_handled",
 }
 """Functions and constants of other rooms that those that compute use, but not for a result."""
 

@@ -240,14 +240,14 @@ FOLDERS: Mapping[str, Callable[[Path], None]] = {
     "no scenario": _removed(SCENARIO),
     "no results": _removed("results"),
     "no shear": _removed(f"{RESULTS}/shear"),
-    "no tables": _removed(f"{RESULTS}/flow_curve.nc", f"{RESULTS}/creep.nc"),
+    "no tables": _removed(f"{RESULTS}/flow_curve.nc", f"{RESULTS}/profiles.nc"),
     "config is a file": _file_for("config"),
     "results is a file": _file_for("results"),
     "results of the scenario are a file": _file_for(RESULTS),
     "a stage is a file": _file_for(f"{RESULTS}/shear"),
     "out is a file": _file_for("out"),
     "a table is a folder": _file_for(f"{RESULTS}/flow_curve.nc"),
-    "a figure is a folder": _file_for(f"{RESULTS}/figures/creep.png"),
+    "a figure is a folder": _file_for(f"{RESULTS}/figures/fig4.png"),
     "scenario is empty": _written(b"", SCENARIO),
     "scenario is binary": _written(bytes(range(256)), SCENARIO),
     "scenario is not UTF-8": _written(b"description: \xff\xfe\n", SCENARIO),
@@ -273,6 +273,9 @@ FOLDERS: Mapping[str, Callable[[Path], None]] = {
     "settings of git": _written(FILES["nonsense"], ".gitconfig", ".git"),
 }
 """What may be wrong in a project's folder."""
+
+READ_AT_START = ("settings of numba", "settings of matplotlib", "settings of git")
+"""What is read when Python or a library is started, so that each command needs a new process."""
 
 NAMES: Mapping[str, bytes] = {
     "spaces": b" a  b ",
