@@ -25,7 +25,7 @@ from softslip.provenance.timestamps import put_in_order
 min_version("9.0")
 
 # Rules call the command that belongs to this very Python, whether or not it is activated.
-os.environ["PATH"] = os.pathsep.join([os.path.dirname(sys.executable), *os.get_exec_path()])
+os.environ |= {"PATH": os.pathsep.join([os.path.dirname(sys.executable), *os.get_exec_path()])}
 
 unknown = sorted(set(config) - {"scenario", "numerics", "checkpoint"})
 if unknown:
