@@ -404,6 +404,12 @@ def test_tasks_start_in_their_order_but_for_those_that_run_already() -> None:
     assert plan_of(*tasks, running).wall_seconds(2) == 4.0
 
 
+def test_tasks_of_higher_priority_start_first() -> None:
+    tasks = [task("packing", name, None, 1.0) for name in "abcd"]
+    long = task("packing", "e", None, 4.0, priority=1)
+    assert plan_of(*tasks, long).wall_seconds(2) == 4.0
+
+
 def test_no_tasks_take_no_time() -> None:
     assert plan_of().wall_seconds(3) == 0.0
     assert plan_of().chain == ()

@@ -17,6 +17,7 @@ from softslip.provenance.fingerprints import fingerprint
 from softslip.operations.lock import run_lock
 from softslip.operations.leftovers import remove
 from softslip.config.stages import STAGES
+from softslip.config.sweep_order import priorities
 from softslip.operations.scenario_status import scenario_status
 from softslip.config.scenario import load_scenario
 from softslip.provenance.scenario_file import refuse_other_file
@@ -104,6 +105,7 @@ onsuccess:
 
 ENVIRONMENT = "envs/softslip.yaml"
 TABLES = {stage: SCENARIO.stage_table(stage) for stage in STAGES}
+PRIORITIES = priorities(SCENARIO)
 
 
 LABELS = {
@@ -185,6 +187,16 @@ def parameters_of(stage):
         return run_of(stage, wildcards).parameters.model_dump_json()
 
     return parameters
+
+
+def priority_of(stage):
+    """Return a priority function: a useful part of the sweep is done first."""
+
+    def priority(wildcards):
+        run_of(stage, wildcards)
+        return PRIORITIES[stage][wildcards.run]
+
+    return priority
 
 
 def run_labels(wildcards):

@@ -12,6 +12,7 @@ rule packing:
         f"{RESULTS}/logs/packing/{{run}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/packing/{{run}}.tsv"
+    priority: priority_of("packing")
     conda:
         f"../{ENVIRONMENT}"
     threads: 1
@@ -35,6 +36,7 @@ rule expansion:
         f"{RESULTS}/logs/expansion/{{run}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/expansion/{{run}}.tsv"
+    priority: priority_of("expansion")
     conda:
         f"../{ENVIRONMENT}"
     threads: 1
@@ -58,6 +60,7 @@ rule ageing:
         f"{RESULTS}/logs/ageing/{{run}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/ageing/{{run}}.tsv"
+    priority: priority_of("ageing")
     # A second attempt resumes from the checkpoint of the first.
     retries: 1
     conda:
@@ -85,6 +88,7 @@ rule shear:
         f"{RESULTS}/logs/shear/{{run}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/shear/{{run}}.tsv"
+    priority: priority_of("shear")
     # A second attempt resumes from the checkpoint of the first.
     retries: 1
     conda:

@@ -48,7 +48,8 @@ AllCheckpoints = Annotated[
     bool,
     typer.Option(
         "--all",
-        help="Remove those of interrupted and failed runs too, which then start over.",
+        help="Remove those of interrupted and failed runs too, which then start over, and the "
+        "ends of finished runs, from which longer ones continue.",
     ),
 ]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Only say what would be removed.")]

@@ -12,11 +12,13 @@ import json
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
 from softslip.config.scenario import Scenario, StageRun
 from softslip.config.stages import STAGES
+from softslip.config.sweep_order import priorities
 from softslip.errors import DatasetError
 from softslip.files.labels import text_attributes
 from softslip.files.storage import CONTENT_DIGEST
@@ -98,6 +100,7 @@ def make_plan(
     if against is not None:
         others = {stage: frozenset(against.stage_table(stage)) for stage in STAGES}
     costs, planned, stages = costs or shipped(), list[PlannedRun](), dict[str, StagePlan]()
+    ranks = priorities(scenario)
     for stage, table in tables.items():
         correction = costs.correction(stage, _finished(stage, table, datasets))
         own = []
@@ -108,7 +111,8 @@ def make_plan(
             if action in OPEN:
                 estimate = costs.estimate(stage, row.parameters).corrected(correction)
             new = run.run not in others[stage] if others else reason == Reason.MISSING
-            own.append(_planned(run, row.parent, action, reason, new, estimate))
+            planned_run = _planned(run, row.parent, action, reason, new, estimate)
+            own.append(replace(planned_run, priority=ranks[stage][run.run]))
         planned += own
         stages[stage] = _stage_plan(own, correction)
     gone = None

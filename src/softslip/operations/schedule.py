@@ -67,6 +67,8 @@ class PlannedRun:
     core_seconds, size
         Estimates of the processor time that is left [s], and of the bytes that its dataset will
         take; 0 where there is nothing to do.
+    priority
+        See `config.sweep_order.priorities`.
     """
 
     stage: str
@@ -79,6 +81,7 @@ class PlannedRun:
     new: bool
     core_seconds: float
     size: float
+    priority: int = 0
 
     @property
     def is_open(self) -> bool:
@@ -165,8 +168,8 @@ class Plan:
     def wall_seconds(self, cores: int) -> float:
         """Return the time until all is done, each run on one core as soon as one is free.
 
-        Runs that can start are taken in the order of the plan, since Snakemake does not know which
-        of them take long; those that are being worked on come first.
+        Runs that can start are taken by their priority and in the order of the plan, as Snakemake
+        does, which does not know how long they take; those that are being worked on come first.
 
         Parameters
         ----------
@@ -180,16 +183,19 @@ class Plan:
         children: defaultdict[int | None, list[int]] = defaultdict(list)
         for place, run in enumerate(runs):
             children[places.get(run_before(run))].append(place)
-        ready = [(runs[place].action != Action.RUNNING, place) for place in children[None]]
+        waits = [
+            (run.action != Action.RUNNING, -run.priority, place) for place, run in enumerate(runs)
+        ]
+        ready = [waits[place] for place in children[None]]
         heapq.heapify(ready)
         now, working = 0.0, list[tuple[float, int]]()
         while ready or working:
             while ready and len(working) < cores:
-                place = heapq.heappop(ready)[1]
+                place = heapq.heappop(ready)[-1]
                 heapq.heappush(working, (now + runs[place].core_seconds, place))
             now, done = heapq.heappop(working)
             for place in children[done]:
-                heapq.heappush(ready, (True, place))
+                heapq.heappush(ready, waits[place])
         return now
 
 
