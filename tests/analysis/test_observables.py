@@ -27,6 +27,7 @@ from softslip.analysis.observables import (
     mean_over_seeds,
     mean_profile,
     non_affine_velocity,
+    slip_lengths,
     slip_time,
     steady_state,
     yielding_time,
@@ -229,6 +230,34 @@ def test_heterogeneity_is_the_rms_of_eq_30():
     assert float(found["heterogeneity"]) == pytest.approx(expected, rel=1e-9)
 
 
+def test_a_film_of_solvent_is_found_below_noise():
+    run = shear_run(0.5, 0.0, duration=400.0, noise=0.02)
+    y, film, layer = run["wall_distance"].values, 1.2e-3, 2.0
+    depth = np.minimum(y, HEIGHT - y)
+    rate = 0.5  # Of the film: stress over viscosity.
+    inside = np.where(depth < film, rate * depth, rate * film + layer / 100 * (depth - film))
+    half = rate * film + layer / 100 * (0.5 * HEIGHT - film)
+    exact = np.where(y < HEIGHT / 2, inside - half, half - inside)
+    random = generator(3)
+    noisy = exact + 0.02 * half * random.standard_normal((run.sizes["profile"], len(y)))
+    still = run.assign(velocity_profile=(run["velocity_profile"].dims, noisy))
+    still["wall_velocity"][:] = [-half, half]
+    found = slip_lengths(still)
+    length, error = (float(found[f"newtonian_slip_length{end}"]) for end in ("", "_error"))
+    assert error < 0.15 * film
+    assert abs(length - film) < 4 * error, f"{length:.3e} ± {error:.1e}, truth {film:.3e}"
+
+
+def test_total_slip_length_is_slip_over_bulk_rate():
+    found = slip_lengths(shear_run(0.5, 0.0, duration=400.0, noise=0.05))
+    expected = slip_rate(0.5, 0.0, 300.0) / bulk_rate(0.5, 300.0)
+    length, error = (float(found[f"total_slip_length{end}"]) for end in ("", "_error"))
+    assert error < 0.05 * expected
+    assert abs(length - expected) < 4 * error, f"{length:.3e} ± {error:.1e}, truth {expected:.3e}"
+    creep = slip_lengths(shear_run(0.05, 0.0, duration=400.0))
+    assert math.isnan(float(creep["total_slip_length"]))
+
+
 def test_missing_snapshot_and_bulk_are_named():
     run = shear_run(0.3, snapshots=(20.0,), duration=60.0)
     with pytest.raises(DatasetError, match="has 1 snapshots, so there is none of number 1"):
@@ -316,32 +345,6 @@ def test_one_seed_keeps_its_own_error(curve):
         assert float(mean[name].sel(place)) == pytest.approx(alone)
     assert int(mean["runs_done"].sel(place)) == 1
     assert int(mean["runs"].sel(place)) == 2
-
-
-def test_error_over_seeds_is_the_larger_of_scatter_and_own_errors():
-    def made(values, errors):
-        return xr.Dataset(
-            {
-                "slip_velocity": ("seed", values),
-                "slip_velocity_error": ("seed", errors),
-                "steady_slip": ("seed", [True, True]),
-                "status": ("seed", ["done", "done"]),
-            }
-        )
-
-    apart = mean_over_seeds(made([1.0, 3.0], [0.1, 0.1]))
-    assert float(apart["slip_velocity"]) == pytest.approx(2.0)
-    assert float(apart["slip_velocity_error"]) == pytest.approx(1.0)
-    agreeing = mean_over_seeds(made([2.0, 2.0], [0.3, 0.4]))
-    assert float(agreeing["slip_velocity_error"]) == pytest.approx(0.25)
-
-
-def test_a_cell_is_steady_only_if_all_its_runs_are(curve):
-    mean = mean_over_seeds(curve)
-    assert bool(mean["steady_wall"].sel(stress=0.5, roughness=0.0)) == bool(
-        curve["steady_wall"].sel(stress=0.5, roughness=0.0).all()
-    )
-    assert not bool(mean["steady_bulk"].sel(stress=0.05, roughness=0.0))
 
 
 def test_same_input_gives_the_same_bytes(runs, curve):

@@ -34,6 +34,7 @@ from softslip.simulation.packing import pack
 from softslip.studies import stability, validation
 from softslip.studies.bench import as_dataset
 from softslip.studies.bench.datasets import LABELS, SERIES, TABLES, UNITS, WORDS
+from softslip.studies.coverage import measure_coverage
 from softslip.studies.tradeoff import long_runs, member_dataset
 from softslip.studies.tradeoff.members import members_of
 from softslip.studies.tradeoff.table import gather
@@ -175,6 +176,7 @@ def numerics():
     longs = [tradeoff_synthetic.long_run(seed=seed) for seed in (1, 2)]
     limits = ROOT / "results/published/numerics/stability_limit.nc"
     return {
+        "coverage": measure_coverage(1),
         "validation": validation.sweep(Film, films, {"thickness": 0.9}),
         "stability": stresses,
         "stability_map": stability.gather([stresses]),

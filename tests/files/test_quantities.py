@@ -18,11 +18,9 @@ from softslip.files.quantities import (
 @pytest.mark.parametrize("stage", SCHEMAS)
 def test_a_quantity_has_one_unit_in_all_schemas(stage):
     for name, variable in SCHEMAS[stage].variables.items():
-        if found := dataset_quantity(name.removeprefix("pooled_")):
-            assert (variable.units or "") == found.unit, name
-        else:
-            assert name.endswith(("_message", "_points", "_reduced_chi_square")), name
-            assert variable.units == "1", name
+        found = dataset_quantity(name)
+        assert found is not None, name
+        assert (variable.units or "") == found.unit, name
 
 
 def test_errors_have_the_unit_of_what_they_are_of_and_drifts_none():
@@ -31,8 +29,13 @@ def test_errors_have_the_unit_of_what_they_are_of_and_drifts_none():
     assert dataset_quantity("slip_velocity_error").meaning == (
         f"uncertainty of: {QUANTITIES['slip_velocity'].meaning}"
     )
+    assert unit_of("slip_velocity_drift_error") == unit_of("slip_velocity_freedom") == "1"
+    assert unit_of("yield_stress_interval") == unit_of("pooled_yield_stress_error") == "stress unit"
+    assert dataset_quantity("pooled_fit_message").unit == "1"
     with pytest.raises(KeyError):
         unit_of("speed_of_sound")
+    with pytest.raises(KeyError):
+        unit_of("pooled_speed_of_sound")
 
 
 def test_only_quantities_are_described():

@@ -54,6 +54,7 @@ def test_the_full_study_solves_every_case(project):
         ("stability: {stresses: [a]}", r"stability.stresses\[0\]: 'a' is not a number"),
         ("tradeoff: {particle: 3}", r"tradeoff.particle: 3 .*did you mean 'particles'"),
         ("elements: {particles: 2.5}", r"elements.particles: 2.5 is no option"),
+        ("coverage: {draws: 0}", r"coverage.draws: 0 is no number of draws"),
     ],
 )
 def test_a_study_that_makes_no_sense_is_refused_in_one_line(tmp_path, monkeypatch, text, message):

@@ -13,6 +13,7 @@ rule numerics:
             figure=figures_of("numerics_figure"),
         ),
         f"{NUMERICS}/elements.nc",
+        f"{NUMERICS}/coverage.nc",
     localrule: True
 
 
@@ -197,6 +198,25 @@ rule elements:
         "Measuring what elements of a scene cost"
     shell:
         "softslip numerics elements --study {params.study:q} --output {output:q} &> {log:q}"
+
+
+rule coverage:
+    output:
+        f"{NUMERICS}/coverage.nc",
+    log:
+        f"{NUMERICS}/logs/coverage.log",
+    benchmark:
+        f"{NUMERICS}/benchmarks/coverage.tsv"
+    conda:
+        f"../{ENVIRONMENT}"
+    params:
+        fingerprint=lambda wildcards: fingerprint("coverage"),
+        study=STUDY,
+        draws=lambda wildcards: study().draws,
+    message:
+        "Measuring the coverage of estimates"
+    shell:
+        "softslip numerics coverage --study {params.study:q} --output {output:q} &> {log:q}"
 
 
 rule numerics_figure:

@@ -48,6 +48,7 @@ MADE_BY = {
     "steady": "tradeoff",
     "tradeoff": "tradeoff",
     "elements": "bench",
+    "coverage": "coverage",
 }
 """Kinds of datasets, and the code that makes them; see `provenance.fingerprints.ENTRIES`."""
 
@@ -81,6 +82,8 @@ class _StudyPart:
             return json.dumps({"case": chosen.case, "axes": dict(chosen.axes)})
         if kind == "elements":
             return json.dumps(dict(self.study.elements))
+        if kind == "coverage":
+            return json.dumps({"draws": self.study.draws})
         designs = {"stability": self.study.stability, "tradeoff": self.study.tradeoff}
         return json.dumps(designs[MADE_BY[kind]].model_dump(mode="json"))
 
@@ -211,6 +214,16 @@ def elements(output: Output, study: StudyName = "full") -> None:
     job = _job(study)
     result = bench_elements(**job.study.elements, tell=_tell)
     job.write(as_dataset(result), output, "elements", "elements")
+
+
+@app.command()
+@one_line_errors
+def coverage(output: Output, study: StudyName = "full") -> None:
+    """Measure on made-up data how often verdicts err, and how often intervals hold the truth."""
+    from softslip.studies.coverage import measure_coverage
+
+    job = _job(study)
+    job.write(measure_coverage(job.study.draws, _tell), output, "coverage", "coverage")
 
 
 @app.command()

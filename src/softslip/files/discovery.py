@@ -51,6 +51,11 @@ DESCRIPTIONS: Mapping[str, Description] = {
     "bench": Description(
         "Computing time, memory and accuracy of numerical schemes side by side.", TEST
     ),
+    "coverage": Description(
+        "How often verdicts on steady states err, and intervals of confidence hold the truth, on "
+        "made-up data.",
+        TEST,
+    ),
     "elements": Description("Computing time of each element of a simulated scene.", TEST),
     "validation": Description("Solutions of a flow against what is known of it.", TEST),
     "stability": Description(

@@ -25,7 +25,7 @@ TYPES: Mapping[Kind, np.dtype[Any]] = {
 KINDS: Mapping[str, Kind] = {"f": "number", "i": "count"}
 """Kind of swept values by the kind of their type; all others are words."""
 
-SIZES: Mapping[str, int] = {"axis": 2, "wall": 2, "parameter": 3, "other_parameter": 3}
+SIZES: Mapping[str, int] = {"axis": 2, "wall": 2, "parameter": 3, "other_parameter": 3, "end": 2}
 """Sizes of the dimensions that always have the same."""
 
 LEAST_SIZES: Mapping[str, int] = {

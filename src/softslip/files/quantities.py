@@ -83,7 +83,12 @@ QUANTITIES: Mapping[str, DatasetQuantity] = {
         ("yielding_time", TIME, "time of the least bulk shear rate"),
         ("yielded", "1", "whether the bulk yielded"),
         ("slip_time", TIME, "time of half the steady slip velocity"),
+        ("verdict_wall", "1", "verdict on the steady state: apparent shear rate"),
+        ("verdict_bulk", "1", "verdict on the steady state: true shear rate"),
+        ("verdict_slip", "1", "verdict on the steady state: slip velocity"),
         ("heterogeneity", "1", "heterogeneity of the bulk flow"),
+        ("newtonian_slip_length", LENGTH, "thickness of the film of solvent at the wall"),
+        ("total_slip_length", LENGTH, "slip velocity over the bulk shear rate"),
         ("snapshots_used", "1", "number of snapshots averaged"),
         ("profiles_used", "1", "number of profiles averaged"),
         ("normalised_position", "1", "distance from the lower wall over the wall separation"),
@@ -96,7 +101,16 @@ QUANTITIES: Mapping[str, DatasetQuantity] = {
         ("flow_index", "1", "Herschel-Bulkley flow index"),
         ("covariance", "products of the parameters' units", "covariance of the fit"),
         ("slip_coefficient", SLIP, "slip velocity over stress above yield"),
-        ("newtonian_slip_coefficient", SLIP, "slip velocity over stress"),
+        ("newtonian_slip_coefficient", SLIP, "slip velocity over stress, below yield"),
+        ("slip_exponent", "1", "exponent of the slip velocity in the stress above yield"),
+        ("slip_yield_stress", STRESS, "stress at which slip above yield begins"),
+        ("slip_linear_evidence", "1", "ln of the likelihood of slip's exponent 1 over that of 2"),
+        ("critical_roughness", "1", "roughness at which the slip coefficient is halved"),
+        ("heterogeneity_exponent", "1", "exponent of the heterogeneity in the stress"),
+        ("yielding_exponent", "1", "exponent of the yielding time in the stress above yield"),
+        ("slip_time_exponent", "1", "exponent of the slip time in the stress above yield"),
+        ("confidence", "1", "confidence of an interval"),
+        ("end", "", "end of an interval"),
         ("reduced_chi_square", "1", "squared deviation over its error, by freedom"),
         ("points", "1", "number of points fitted"),
         ("fit_message", "1", "whether the law was fitted"),
@@ -107,33 +121,49 @@ QUANTITIES: Mapping[str, DatasetQuantity] = {
 FORMER_UNITS: Mapping[str, str] = {"length unit2": AREA}
 """Units as files from before this table spell them."""
 
+POOLED = "pooled_"
+"""Beginning of the names of what is fitted to all roughnesses together."""
 
-_DERIVED: Mapping[str, str] = {
-    "_error": "uncertainty of: ",
-    "_drift": "relative change over the window: ",
+_DERIVED: Mapping[str, tuple[str, str]] = {
+    "_drift_error": ("1", "uncertainty of the relative change over the window: "),
+    "_drift": ("1", "relative change over the window: "),
+    "_freedom": ("1", "degrees of freedom of the uncertainty of: "),
+    "_error": ("", "uncertainty of: "),
+    "_interval": ("", "interval of confidence of: "),
+    "_bracket": ("", "neighbours among the values swept that enclose: "),
+    "_reduced_chi_square": ("1", "squared deviation over its error, by freedom: "),
+    "_points": ("1", "number of points fitted: "),
+    "_message": ("1", "whether the law was fitted: "),
 }
-"""Ends of the names of what is known of a quantity, and how the meanings of these begin."""
+"""Ends of the names of what is known of a quantity, their units, and how their meanings begin.
+
+Where the unit is empty, it is that of the quantity.
+"""
 
 
 def dataset_quantity(name: str) -> DatasetQuantity | None:
-    """Return unit and meaning of a quantity, of its ``_error`` or its ``_drift``.
+    """Return unit and meaning of a quantity, or of what is known of it, such as its ``_error``.
 
     Parameters
     ----------
     name
-        Of a variable.
+        Of a variable, also after `POOLED`.
 
     Returns
     -------
     DatasetQuantity or None
         None where the table has no such quantity.
     """
+    single = name.removeprefix(POOLED)
+    if single != name:
+        found = dataset_quantity(single)
+        return found and DatasetQuantity(found.unit, f"{found.meaning}, all roughnesses together")
     if name in QUANTITIES:
         return QUANTITIES[name]
-    for end, words in _DERIVED.items():
+    for end, (unit, words) in _DERIVED.items():
         whole = QUANTITIES.get(name.removesuffix(end))
         if name.endswith(end) and whole is not None:
-            return DatasetQuantity("1" if end == "_drift" else whole.unit, words + whole.meaning)
+            return DatasetQuantity(unit or whole.unit, words + whole.meaning)
     return None
 
 

@@ -5,11 +5,14 @@ from typing import Any
 from softslip.config.fields import all_fields, extra
 from softslip.config.parameters import Parameters
 from softslip.config.sweep import label_of
-from softslip.files.quantities import unit_of
+from softslip.files.quantities import POOLED, unit_of
 from softslip.files.schema import Schema, Variable, of_quantity
 
 DONE = ("status", "done")
 """Where a table holds a run."""
+
+VERDICTS = ("", "steady", "steady within its error", "drifting", "too short")
+"""Verdicts on a series; the empty one where a run lacks the series, or is missing."""
 
 _SHARED = {
     label_of(path): str(extra(all_fields(Parameters)[path], "unit"))
@@ -29,6 +32,11 @@ def _flag(name: str) -> dict[str, Variable]:
     return of_quantity(name, kind="flag", swept=True)
 
 
+def _verdict(name: str) -> dict[str, Variable]:
+    """Return a variable with the verdict on a series of each run; none where there is no series."""
+    return of_quantity(name, kind="word", words=VERDICTS, swept=True)
+
+
 def _mean(name: str, **others: Any) -> dict[str, Variable]:
     """Return a variable with one value a run; unknown ones must be `known_where` it says."""
     return of_quantity(name, unknown=True, swept=True, **others)
@@ -39,9 +47,18 @@ def _with_error(name: str, **others: Any) -> dict[str, Variable]:
     return {**_mean(name, **others), **_mean(f"{name}_error", least=0.0)}
 
 
+def _with_freedom(name: str, **others: Any) -> dict[str, Variable]:
+    """Return a variable with one value a run, its error, and the degrees of freedom of that."""
+    return {**_with_error(name, **others), **_mean(f"{name}_freedom", least=0.0)}
+
+
 def _series(name: str, **others: Any) -> dict[str, Variable]:
     """Return a steady mean with its error and its drift, which is infinite about a mean of 0."""
-    return {**_with_error(name, **others), **_mean(f"{name}_drift", infinite=True)}
+    return {
+        **_with_freedom(name, **others),
+        **_mean(f"{name}_drift", infinite=True),
+        **_mean(f"{name}_drift_error", infinite=True, least=0.0),
+    }
 
 
 FLOW_CURVE = Schema(
@@ -54,13 +71,20 @@ FLOW_CURVE = Schema(
         **_flag("steady_bulk"),
         **_flag("steady_slip"),
         **_flag("steady"),
+        **_verdict("verdict_wall"),
+        **_verdict("verdict_bulk"),
+        **_verdict("verdict_slip"),
         **_mean("steady_from", least=0.0, known_where=DONE),
         **_mean("drift", infinite=True),
-        **_with_error("shear_stress", known_where=DONE),
+        **_with_freedom("shear_stress", known_where=DONE),
         **_with_error("yielding_time", above=0.0),
         **_flag("yielded"),
         **_with_error("slip_time", above=0.0),
-        **_with_error("heterogeneity", least=0.0),
+        **_with_freedom("heterogeneity", least=0.0),
+        **_with_freedom("newtonian_slip_length"),
+        # Its error is infinite where the bulk rate is within two errors of 0.
+        **_with_freedom("total_slip_length"),
+        **_mean("total_slip_length_error", least=0.0, infinite=True),
         **_mean("snapshots_used", least=0.0, known_where=DONE),
     },
     sweep="status",
@@ -99,19 +123,22 @@ PROFILES = Schema(
 """Mean velocity profiles, from `analysis.observables.profiles`."""
 
 FLOW_PARAMETERS = ("yield_stress", "consistency", "flow_index")
-"""Parameters of the flow law, in the order of its covariance; none is below 0."""
+"""Parameters of the flow law, in the order of its covariance."""
+
+INTERVAL = ("confidence", "end")
+"""Dimensions of intervals: how likely they hold the true value, and their ends."""
 
 
 def _fitted(name: str, message: str, prefix: str = "", **others: Any) -> dict[str, Variable]:
-    """Return a fit's parameter and its error; known where the fit was made."""
+    """Return a fit's parameter, its error and its intervals; known where the fit was made."""
     unit = unit_of(name)
     common: dict[str, Any] = {"unknown": True, "swept": True}
+    # What points do not determine has an infinite error, and intervals without ends.
+    bare: dict[str, Any] = {**others, "infinite": True}
     return {
         f"{prefix}{name}": Variable((), unit, known_where=(message, "fitted"), **common, **others),
-        # The covariance of points that do not fix a parameter is infinite.
-        f"{prefix}{name}_error": Variable(
-            (), unit, **common, **(others | {"least": 0.0, "infinite": True})
-        ),
+        f"{prefix}{name}_error": Variable((), unit, **common, **(bare | {"least": 0.0})),
+        f"{prefix}{name}_interval": Variable(INTERVAL, unit, **common, **bare),
     }
 
 
@@ -129,12 +156,13 @@ def _quality(prefix: str, message: str, **others: Any) -> dict[str, Variable]:
 def _flow_law(prefix: str, **others: Any) -> dict[str, Variable]:
     """Return the variables of a fit of the flow law."""
     message = f"{prefix}fit_message"
-    fitted = {"least": 0.0, **others}
+    positive = {"least": 0.0, **others}
     return {
         **_quality(prefix, message, **others),
-        **_fitted("yield_stress", message, prefix, **fitted),
-        **_fitted("consistency", message, prefix, **fitted),
-        **_fitted("flow_index", message, prefix, **fitted),
+        # Below 0 where it cannot be told from 0.
+        **_fitted("yield_stress", message, prefix, **others),
+        **_fitted("consistency", message, prefix, **positive),
+        **_fitted("flow_index", message, prefix, **positive),
         f"{prefix}covariance": Variable(
             ("parameter", "other_parameter"),
             unit_of("covariance"),
@@ -146,20 +174,42 @@ def _flow_law(prefix: str, **others: Any) -> dict[str, Variable]:
     }
 
 
-def _slip_law(name: str) -> dict[str, Variable]:
-    """Return the variables of a fit of slip velocity over stress."""
-    message = f"{name}_message"
-    return {**_quality(f"{name}_", message), **_fitted(name, message)}
+def _law(name: str, prefix: str = "", **others: Any) -> dict[str, Variable]:
+    """Return the variables of a law with one parameter of interest."""
+    message = f"{prefix}{name}_message"
+    made = _fitted(name, message, prefix, **others)
+    return {**_quality(f"{prefix}{name}_", message, **others), **made}
 
+
+_POOLED: dict[str, Any] = {"pooled": ("roughness",)}
+
+# It follows from the slip coefficients, so that no deviation is left.
+_CRITICAL_ROUGHNESS = {
+    name: variable
+    for name, variable in _law("critical_roughness", **_POOLED).items()
+    if not name.endswith("reduced_chi_square")
+}
 
 FITS = Schema(
     {
         **_flow_law(""),
-        **_flow_law("pooled_", pooled=("roughness",)),
-        **_slip_law("slip_coefficient"),
-        **_slip_law("newtonian_slip_coefficient"),
+        **_flow_law(POOLED, **_POOLED),
+        **_law("slip_coefficient"),
+        **_law("newtonian_slip_coefficient"),
+        **_law("slip_exponent"),
+        **_law("slip_yield_stress"),
+        **_mean("slip_linear_evidence", infinite=True),
+        **_CRITICAL_ROUGHNESS,
+        **of_quantity("critical_roughness_bracket", "end", unknown=True, swept=True, **_POOLED),
+        **_law("heterogeneity_exponent"),
+        **_law("heterogeneity_exponent", POOLED, **_POOLED),
+        **_law("yielding_exponent"),
+        **_law("yielding_exponent", POOLED, **_POOLED),
+        **_law("slip_time_exponent"),
         "parameter": Variable(("parameter",), None, "word", words=FLOW_PARAMETERS),
         "other_parameter": Variable(("other_parameter",), None, "word", words=FLOW_PARAMETERS),
+        **of_quantity("confidence", "confidence", increasing=True, above=0.0),
+        "end": Variable(("end",), None, "word", words=("low", "high")),
     },
     sweep="fit_message",
     shared=_SHARED,

@@ -58,6 +58,7 @@ ENTRIES: Mapping[str, tuple[str, ...]] = {
         "softslip.studies.tradeoff.table.gather",
     ),
     "stability": ("softslip.studies.stability",),
+    "coverage": ("softslip.studies.coverage",),
 }
 """Stages of a run, later products, measurements, and what their commands call: functions, or all
 that a module defines and imports."""

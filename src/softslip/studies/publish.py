@@ -9,6 +9,7 @@ from typing import Any
 from softslip.errors import ConfigError, DatasetError
 from softslip.files.storage import read_dataset, replacing
 from softslip.studies.bench.elements_markdown import elements_table
+from softslip.studies.coverage.coverage_markdown import coverage_tables
 from softslip.studies.stability.map_markdown import limits_table, verdicts_table
 from softslip.studies.tradeoff.accuracy_markdown import accuracy_tables
 from softslip.studies.tradeoff.choices import choices
@@ -28,6 +29,7 @@ DATASETS = {
     "stability_map": "stability_map",
     "stability_limit": "limits",
     "elements": "elements",
+    "coverage": "coverage",
 }
 """Datasets of a study by file name, and the stage that each is of; validations are in a folder."""
 
@@ -104,6 +106,7 @@ def blocks_of(results: Path) -> dict[str, str]:
         "stability": lambda: verdicts_table(read["stability_map"]),
         "limits": lambda: limits_table(read["stability_limit"]),
         "elements": lambda: elements_table(read["elements"]),
+        "coverage": lambda: coverage_tables(read["coverage"]),
     }
     return {name: make().strip() for name, make in makers.items()}
 

@@ -15,8 +15,11 @@ from softslip.studies.tradeoff.tradeoff_design import TradeoffDesign
 STUDIES = Path("config/numerics")
 """Folder of the studies, below the current directory."""
 
-PARTS = ("description", "validation", "tradeoff", "stability", "elements")
+PARTS = ("description", "validation", "tradeoff", "stability", "elements", "coverage")
 """Keys at the top of a study."""
+
+DRAWS = 500
+"""Draws by which coverage is measured, where a study gives none: it is then known to 2 %."""
 
 P = TypeVar("P", TradeoffDesign, MapDesign)
 
@@ -53,6 +56,8 @@ class Study:
         Designs of those parts.
     elements
         Options of the benchmark of scene elements.
+    draws
+        Made-up series and flow curves of each kind by which coverage is measured.
     """
 
     name: str
@@ -60,6 +65,7 @@ class Study:
     tradeoff: TradeoffDesign
     stability: MapDesign
     elements: Mapping[str, Any]
+    draws: int
 
 
 def load_study(name: str) -> Study:
@@ -107,6 +113,7 @@ def _study(name: str, tree: Mapping[Any, Any]) -> Study:
         _design(TradeoffDesign, tree, "tradeoff"),
         _design(MapDesign, tree, "stability"),
         _elements(_mapping(tree, "elements")),
+        _draws(_mapping(tree, "coverage")),
     )
 
 
@@ -158,3 +165,16 @@ def _elements(values: dict[str, Any]) -> dict[str, Any]:
                 "give particles: a whole number, fidelity: a level, budget: seconds",
             )
     return values
+
+
+def _draws(values: dict[str, Any]) -> int:
+    """Return how many series and flow curves of each kind are made up."""
+    for key, value in values.items():
+        if key != "draws" or not isinstance(value, int) or isinstance(value, bool) or value < 1:
+            raise ConfigError(
+                f"coverage.{key_text(key)}",
+                brief(value),
+                "is no number of draws",
+                "give draws: a whole number from 1 on",
+            )
+    return int(values.get("draws", DRAWS))

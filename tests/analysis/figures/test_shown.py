@@ -15,6 +15,7 @@ from synthetic import LENGTH, shear_run, sweep
 
 from softslip.analysis import figures
 from softslip.analysis.figures import membranes
+from softslip.analysis.figures.markers import MEANINGS
 from softslip.analysis.figures.membranes import PARTICLE
 from softslip.analysis.figures.shown import Quantity, show, shown
 from softslip.analysis.fits import fit_laws
@@ -96,7 +97,7 @@ def test_flow_curves(curve, below):
                 marker, _, (bar,) = each.lines
                 drawn |= set(zip(*map(np.ndarray.tolist, marker.get_data()), strict=True))
                 bars += [segment[1, 0] for segment in bar.get_segments()]
-        kept = [one for kind in ("steady", "drifting") for one in series(figure, name, kind)]
+        kept = [one for kind in MEANINGS for one in series(figure, name, kind)]
         assert points(kept, name, "shear_stress") == drawn
         assert len(drawn) >= 8
         # The upper end of each bar is the rate with its error.

@@ -1,29 +1,47 @@
 """Laws fitted to flow curves, with uncertainties: Dataset → Dataset.
 
-Every fit says in a sentence whether it was made. Errors are those of the weighted least-squares
-fit, enlarged by √χ²_red where the scatter exceeds the errors of the points (χ²_red > 1).
+Every fit says in a sentence whether it was made. Errors are those of maximum likelihood, enlarged
+by √χ²_red where the points scatter by more than their errors allow (chance below 1 %); intervals
+are those of the profile of the likelihood.
 """
 
 import xarray as xr
 
+from softslip.analysis.fits.critical_roughness import critical_roughness
 from softslip.analysis.fits.flow import flow_law, herschel_bulkley
 from softslip.analysis.fits.points import FITTED
+from softslip.analysis.fits.powers import powers
 from softslip.analysis.fits.slip import slip_law
 from softslip.analysis.fits.summary import summary
+from softslip.analysis.observables import mean_over_seeds
 
-__all__ = ["FITTED", "fit_laws", "flow_law", "herschel_bulkley", "slip_law", "summary"]
+__all__ = [
+    "FITTED",
+    "critical_roughness",
+    "fit_laws",
+    "flow_law",
+    "herschel_bulkley",
+    "powers",
+    "slip_law",
+    "summary",
+]
 
 
 def fit_laws(flow_curve: xr.Dataset) -> xr.Dataset:
-    """Fit the Herschel-Bulkley law, and the slip law above and below its pooled yield stress.
+    """Fit the flow law; by its pooled yield stress the laws of slip, and the powers of the stress.
 
     Returns
     -------
     xr.Dataset
-        The variables of `herschel_bulkley` and of `slip_law`. Where the flow curve gives no yield
-        stress there is no slip law either, and its messages say so.
+        The variables of `herschel_bulkley`, `slip_law`, `powers` and `critical_roughness`. Where
+        the flow curve does not determine a yield stress there is nothing that depends on it, and
+        the messages say so.
     """
-    flow = herschel_bulkley(flow_curve)
-    error = flow["pooled_yield_stress_error"]
-    slip = slip_law(flow_curve, flow["pooled_yield_stress"], error)
-    return flow.merge(slip, compat="no_conflicts")
+    averaged = mean_over_seeds(flow_curve)
+    flow = herschel_bulkley(averaged)
+    known = flow["pooled_fit_message"] == FITTED
+    offset = flow["pooled_yield_stress"].where(known)
+    error = flow["pooled_yield_stress_error"].where(known)
+    slip = slip_law(averaged, offset, error)
+    parts = [flow, slip, powers(averaged, offset, error), critical_roughness(slip)]
+    return xr.merge(parts, compat="no_conflicts", join="exact")

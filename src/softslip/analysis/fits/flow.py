@@ -1,18 +1,25 @@
 """Herschel-Bulkley law of the bulk."""
 
+from dataclasses import replace
+
 import numpy as np
 import xarray as xr
-from scipy import optimize
 
+from softslip.analysis.fits.likelihood import (
+    CONFIDENCE,
+    HOPELESS,
+    Optimum,
+    Problem,
+    optimum,
+    profile_interval,
+    quality,
+)
+from softslip.analysis.fits.measured_points import FloatArray, Points, moderated
 from softslip.analysis.fits.points import (
     DRIVES,
     FITTED,
-    LEAST_RELATIVE_ERROR,
     Fit,
-    FloatArray,
-    Points,
     each_cell,
-    enlarged,
     laid_out,
     nothing,
     with_stress,
@@ -26,14 +33,11 @@ PARAMETERS = ("yield_stress", "consistency", "flow_index")
 LEAST_POINTS = 4
 """Fewest points of a fit: one more than it has parameters."""
 
-FLOW_INDEX_BOUNDS = (0.1, 2.0)
-"""Range of the flow index n."""
+FLOW_INDEX_RANGE = (0.05, 5.0)
+"""Flow indices that can be told from a jump or a plateau; a fit beyond them fixes none."""
 
-ROUNDS = 50
-"""Most rounds of reweighting."""
-
-TOLERANCE = 1e-7
-"""Relative change of the parameters at which reweighting ends."""
+UNKNOWN_ZERO = "the yield stress cannot be told from 0"
+"""Message of a fit whose yield stress is 0 within its interval of 95 %."""
 
 
 def flow_law(rate: FloatArray, yield_stress: float, consistency: float, index: float) -> FloatArray:
@@ -41,66 +45,116 @@ def flow_law(rate: FloatArray, yield_stress: float, consistency: float, index: f
     return np.asarray(yield_stress + consistency * rate**index)
 
 
+def flow_rate(
+    stress: FloatArray, yield_stress: float, consistency: float, index: float
+) -> FloatArray:
+    """Return the shear rate at which the Herschel-Bulkley law has a stress; 0 below yield."""
+    return np.asarray((np.maximum(stress - yield_stress, 0.0) / consistency) ** (1.0 / index))
+
+
+def _at_imposed_stress(points: Points) -> Problem:
+    """Return the fit of rates at exact stresses: parameters σ_y, ln k and ln n."""
+
+    def deviations(parameters: FloatArray) -> FloatArray:
+        rates = flow_rate(points.stress, parameters[0], *np.exp(parameters[1:]))
+        return np.asarray((points.value - rates) / points.error)
+
+    return Problem(deviations, points.freedom, points.common)
+
+
+def _at_imposed_rate(points: Points) -> Problem:
+    """Return the fit of measured stresses and rates, each point with both errors as one.
+
+    The error of a rate counts as that of the stress which the law carries it over to. A rate below
+    its own error counts as that error there.
+    """
+
+    def deviations(parameters: FloatArray) -> FloatArray:
+        consistency, index = np.exp(parameters[1:])
+        rate = np.maximum(points.value, points.error)
+        carried = index * consistency * rate ** (index - 1) * points.error
+        stress = flow_law(np.maximum(points.value, 0.0), parameters[0], consistency, index)
+        return np.asarray((points.stress - stress) / np.hypot(points.stress_error, carried))
+
+    return Problem(deviations, points.freedom, points.common)
+
+
+def _starts(points: Points) -> list[FloatArray]:
+    """Return parameters to start from: straight lines in logarithms above some yield stresses."""
+    stress, rate = points.stress, points.value
+    positive = rate > 0
+    low = float(stress.min())
+    trials = [0.0, 0.5 * low, 0.9 * low, *(0.5 * (stress[:-1] + stress[1:]))[: len(stress) // 2]]
+    found = []
+    for trial in trials:
+        above = positive & (stress > trial)
+        if len(np.unique(rate[above])) < 2:
+            continue
+        slope, offset = np.polyfit(np.log(rate[above]), np.log(stress[above] - trial), 1)
+        index = float(np.clip(slope, 0.2, 2.0))
+        level = offset if index == slope else float(np.mean(np.log(stress[above] - trial)))
+        found.append(np.array([trial, level, np.log(index)]))
+    return found
+
+
 def _fit_flow_law(points: Points) -> Fit:
-    """Fit σ_y, k and n by reweighted least squares; see `herschel_bulkley`."""
+    """Fit σ_y, k and n; see `herschel_bulkley`.
+
+    Stresses and rates are divided by their largest first, so that nothing depends on units.
+    """
     count = points.count
-    if count < LEAST_POINTS:
-        return nothing(3, count, f"too few steady points: {count} of at least {LEAST_POINTS}")
-    if len(np.unique(points.stress)) < LEAST_POINTS:
-        different = len(np.unique(points.stress))
-        return nothing(3, count, f"too few stresses: {different} of at least {LEAST_POINTS}")
-    relative = np.maximum(points.error / points.value, LEAST_RELATIVE_ERROR)
-    low, high = float(points.stress.min()), float(points.stress.max())
-    lowest, highest = FLOW_INDEX_BOUNDS
-    bounds = ([0.0, 0.0, lowest], [high, np.inf, highest])
-    values = np.array([0.5 * low, (high - 0.5 * low) / points.value.max() ** 0.5, 0.5])
-    for _ in range(ROUNDS):
-        viscous = values[1] * points.value ** values[2]
-        error = np.maximum(values[2] * viscous * relative, 1e-12 * high)
-        try:
-            new, covariance = optimize.curve_fit(
-                flow_law,
-                points.value,
-                points.stress,
-                p0=np.clip(values, bounds[0], bounds[1]),
-                sigma=error,
-                absolute_sigma=True,
-                bounds=bounds,
-                x_scale=np.maximum(values, [1e-3 * high, 1e-3 * high, lowest]),
-            )
-        except (RuntimeError, optimize.OptimizeWarning) as failure:
-            return nothing(3, count, f"the fit to {count} points failed: {failure}")
-        converged = np.allclose(new, values, rtol=TOLERANCE, atol=TOLERANCE * high)
-        values = new
-        if converged:
-            break
-    else:
-        return nothing(3, count, f"the fit did not settle in {ROUNDS} rounds of reweighting")
-    deviation = (points.stress - flow_law(points.value, *values)) / error
-    covariance, reduced = enlarged(covariance, float(deviation @ deviation), count - 3)
-    return _at_bounds(Fit(values, covariance, reduced, count, FITTED))
+    different = len(np.unique(points.stress))
+    if count < LEAST_POINTS or different < LEAST_POINTS:
+        number = f"{count}" if count < LEAST_POINTS else f"{count}, at {different} stresses,"
+        return nothing(3, count, f"too few steady points: {number} of at least {LEAST_POINTS}")
+    points = moderated(points)
+    stress, rate = float(points.stress.max()), float(np.abs(points.value).max())
+    if rate == 0:
+        return nothing(3, count, "no point flows")
+    scaled = points.over(stress, rate)
+    measured = bool((points.stress_error > 0).any())
+    problem = _at_imposed_rate(scaled) if measured else _at_imposed_stress(scaled)
+    found = optimum(problem, _starts(scaled))
+    if found is None:
+        return nothing(
+            3, count, "no point flows" if (points.value <= 0).all() else "no law is near"
+        )
+    return _concluded(problem, found, count, stress, rate)
 
 
-def _at_bounds(fit: Fit) -> Fit:
-    """Say which parameters stick at a bound, and take away their errors."""
-    yield_stress, consistency, index = (float(value) for value in fit.values)
-    scale = yield_stress + consistency
-    lowest, highest = FLOW_INDEX_BOUNDS
-    stuck = [
-        (0, yield_stress <= 1e-6 * scale, "the yield stress at its bound 0"),
-        (2, index <= lowest * (1 + 1e-4), f"the flow index at its bound {lowest:g}"),
-        (2, index >= highest * (1 - 1e-4), f"the flow index at its bound {highest:g}"),
-    ]
-    covariance = fit.covariance.copy()
-    for row, is_stuck, _ in stuck:
-        if is_stuck:
-            covariance[row, :] = covariance[:, row] = np.nan
-    said = " and ".join(words for _, is_stuck, words in stuck if is_stuck)
-    message = f"{fit.message}, with {said}: its error is not known" if said else fit.message
-    return Fit(fit.values, covariance, fit.reduced_chi_square, fit.points, message)
+def _concluded(problem: Problem, found: Optimum, count: int, stress: float, rate: float) -> Fit:
+    """Return the outcome in the units of stress and rate, or what the points do not determine."""
+    good = quality(problem, found)
+    if good.chance < HOPELESS:
+        said = f"the law does not describe the points: χ² is {good.reduced_chi_square:.3g} of 1"
+        return replace(nothing(3, count, said), reduced_chi_square=good.reduced_chi_square)
+    index = float(np.exp(found.values[2]))
+    low, high = FLOW_INDEX_RANGE
+    if not (low < index < high and np.isfinite(found.covariance).all()):
+        return nothing(3, count, "the points do not determine the flow index")
+    # ln k in units of one stress and one rate: ln k' + ln(stress) − n ln(rate), to first order.
+    turned = np.array([0.0, 1.0, -np.log(rate) * index])
+    directions = np.array([[1.0, 0.0, 0.0], turned, [0.0, 0.0, 1.0]])
+    level = float(found.values[1] + np.log(stress) - index * np.log(rate))
+    ends = np.array(
+        [
+            [profile_interval(problem, found, d, c, good.widening) for c in CONFIDENCE]
+            for d in directions
+        ]
+    )
+    ends[0] *= stress
+    ends[1] = np.exp(ends[1] - float(turned @ found.values) + level)
+    ends[2] = np.exp(ends[2])
+    if not np.isfinite(ends[2]).all() or ends[2].min() == 0:
+        return nothing(3, count, "the points do not determine the flow index")
+    values = np.array([found.values[0] * stress, np.exp(level), index])
+    scales = np.diag([stress, values[1], index]) @ directions
+    covariance = scales @ found.covariance @ scales.T * good.widening
+    message = FITTED if ends[0, -1, 0] > 0 else f"{UNKNOWN_ZERO}: below {ends[0, -1, 1]:.3g}"
+    return Fit(values, covariance, ends, good.reduced_chi_square, count, message)
 
 
-def _herschel_bulkley(flow_curve: xr.Dataset, pooled: tuple[str, ...]) -> xr.Dataset:
+def _herschel_bulkley(flow_curve: xr.Dataset, pooled: tuple[str, ...], prefix: str) -> xr.Dataset:
     dims, fits = each_cell(
         flow_curve,
         "shear_rate_bulk",
@@ -108,38 +162,47 @@ def _herschel_bulkley(flow_curve: xr.Dataset, pooled: tuple[str, ...]) -> xr.Dat
         pooled,
         lambda _, points: _fit_flow_law(points),
     )
-    result, values, covariance = laid_out(flow_curve, dims, fits)
-    for number, name in enumerate(PARAMETERS):
-        result[name] = dims, values[..., number]
-        result[f"{name}_error"] = dims, np.sqrt(covariance[..., number, number])
+    result = laid_out(flow_curve, dims, fits, PARAMETERS, prefix, "fit_message", prefix)
+    shape = tuple(flow_curve.sizes[dim] for dim in dims)
+    covariance = np.reshape(
+        [fits[place].covariance for place in np.ndindex(*shape)], (*shape, 3, 3)
+    )
     between = ("parameter", "other_parameter")
-    result["covariance"] = (*dims, *between), covariance
+    result[f"{prefix}covariance"] = (*dims, *between), covariance
     return described(result.assign_coords({dim: list(PARAMETERS) for dim in between}))
 
 
 def herschel_bulkley(flow_curve: xr.Dataset) -> xr.Dataset:
     """Fit σ = σ_y + k γ̇^n to the steady bulk flow curve (Fig. 5, right).
 
-    The stress is exact and the error lies in γ̇, so each point's deviation in stress is weighted
-    by its error carried over to stress, n k γ̇^n (δγ̇/γ̇), with δγ̇/γ̇ at least 1 %; weights and
-    parameters are iterated until both agree (`scipy.optimize.curve_fit`, 0 ≤ σ_y, 0.1 ≤ n ≤ 2).
-    Seeds are averaged first (`mean_over_seeds`). Points that are missing, not steady, or of a rate
-    or stress that is not positive are left out.
+    Where the stress is imposed it is exact and rates ((σ − σ_y)/k)^(1/n), zero below yield, are
+    compared with those measured by their errors; where the rate of the walls is imposed, stresses
+    with those measured, by the errors of both (the rate's carried over to stress, n k γ̇^(n−1) δγ̇).
+    Errors are at least 1 %, and Student's by their degrees of freedom (`likelihood`). Seeds are
+    averaged and judged together first (`mean_over_seeds`). Every point enters whose verdict is
+    steady, or steady within its error, whatever its rate is; drifting ones, such as creep below
+    yield, do not. σ_y may come out below zero, so that a fluid without one is not mistaken.
+
+    The message says "fitted" only where the points determine all three: there are at least four at
+    different stresses, the law describes them (chance of the deviance above 10⁻⁴), n is between
+    0.05 and 5 with intervals that end, and σ_y is above zero at 95 %. Nothing of this depends on
+    units.
 
     Parameters
     ----------
     flow_curve
-        From `analysis.observables.flow_curve`, with a dimension ``stress``.
+        From `analysis.observables.flow_curve`, with a dimension ``stress`` or
+        ``imposed_shear_rate``.
 
     Returns
     -------
     xr.Dataset
         For every combination of the other dimensions: ``yield_stress``, ``consistency``,
-        ``flow_index``, their ``_error`` and ``covariance``, ``reduced_chi_square``, ``points`` and
-        ``fit_message`` ("fitted" or why not). The same names after ``pooled_`` are of one fit
-        to all roughnesses together. A parameter at its bound has no error.
+        ``flow_index``, their ``_error`` and ``_interval`` (profile likelihood, along
+        ``confidence`` and ``end``), ``covariance``, ``reduced_chi_square``, ``points`` and
+        ``fit_message``. The same names after ``pooled_`` are of one fit to all roughnesses
+        together.
     """
     averaged = with_stress(mean_over_seeds(flow_curve))
-    single = _herschel_bulkley(averaged, DRIVES)
-    pooled = _herschel_bulkley(averaged, (*DRIVES, "roughness"))
-    return single.merge(pooled.rename({name: f"pooled_{name}" for name in pooled.data_vars}))
+    single = _herschel_bulkley(averaged, DRIVES, "")
+    return single.merge(_herschel_bulkley(averaged, (*DRIVES, "roughness"), "pooled_"))

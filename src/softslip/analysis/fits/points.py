@@ -1,72 +1,91 @@
 """The points that fits use, and how their outcomes are laid out."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from softslip.files.quantities import QUANTITIES
-
-FloatArray = NDArray[np.float64]
+from softslip.analysis.fits.likelihood import CONFIDENCE, MOST_FREEDOM
+from softslip.analysis.fits.measured_points import FloatArray, Points
+from softslip.files.quantities import described
 
 FITTED = "fitted"
-"""Message of a fit that was made and touches no bound."""
+"""Message of a fit that was made and determines its parameters."""
 
-DRIVES = ("stress", "imposed_shear_rate")
+IMPOSED_STRESS, IMPOSED_RATE = "stress", "imposed_shear_rate"
+
+DRIVES = (IMPOSED_STRESS, IMPOSED_RATE)
 """Dimensions along which a flow curve is driven, and so fitted."""
 
 LEAST_RELATIVE_ERROR = 0.01
 """Relative error of a point below which it is not trusted."""
 
+ENDS = ("low", "high")
+"""Ends of an interval."""
 
-@dataclass(frozen=True)
-class Points:
-    """Measured values at exactly known stresses [stress unit], all of shape (points,)."""
-
-    stress: FloatArray
-    value: FloatArray
-    error: FloatArray
-
-    @property
-    def count(self) -> int:
-        """Number of points."""
-        return len(self.stress)
+INTERVAL = ("confidence", "end")
+"""Dimensions of intervals."""
 
 
 @dataclass(frozen=True)
 class Fit:
-    """Outcome of one fit; numbers are NaN where there was none."""
+    """Outcome of one fit; numbers are NaN where there was none.
+
+    Attributes
+    ----------
+    values, covariance
+        Of the parameters, shapes (p,) and (p, p).
+    intervals
+        Ends of the intervals of each, shape (p, confidence, 2).
+    reduced_chi_square
+        Deviance over the one expected.
+    points
+        Number of points.
+    message
+        `FITTED`, or why there is none or what it does not determine.
+    more
+        Further numbers.
+    """
 
     values: FloatArray
     covariance: FloatArray
+    intervals: FloatArray
     reduced_chi_square: float
     points: int
     message: str
+    more: Mapping[str, float] = field(default_factory=dict)
 
 
 def nothing(size: int, points: int, message: str) -> Fit:
     """Return the outcome of a fit that was not made, and why."""
-    nan = np.full(size, np.nan)
-    return Fit(nan, np.full((size, size), np.nan), float("nan"), points, message)
+    intervals = np.full((size, len(CONFIDENCE), 2), np.nan)
+    covariance = np.full((size, size), np.nan)
+    return Fit(np.full(size, np.nan), covariance, intervals, float("nan"), points, message)
 
 
-def enlarged(covariance: FloatArray, chi_square: float, freedom: int) -> tuple[FloatArray, float]:
-    """Enlarge a covariance where points scatter by more than their errors; return χ²_red too."""
-    reduced = chi_square / freedom
-    return covariance * max(reduced, 1.0), reduced
+def usable_points(rows: Mapping[str, NDArray[np.generic]]) -> Points:
+    """Return the points that have a steady verdict and an error, sorted by stress.
 
+    No point is left out, or taken, for its value: that would bias what is fitted to it. Errors are
+    at least 1 % of the value.
 
-def usable_points(cell: xr.Dataset, name: str, flag: str) -> Points:
-    """Return the steady, positive points of a dataset with finite errors, sorted by stress."""
-    stress = cell["stress"].broadcast_like(cell[name]).values.ravel().astype(np.float64)
-    value = cell[name].values.ravel()
-    error = cell[f"{name}_error"].values.ravel()
+    Parameters
+    ----------
+    rows
+        ``stress``, ``stress_error``, ``value``, ``error``, ``freedom`` and ``steady`` of points.
+    """
+    found = {key: np.asarray(row, dtype=np.float64) for key, row in rows.items() if key != "steady"}
+    found["error"] = np.maximum(found["error"], LEAST_RELATIVE_ERROR * np.abs(found["value"]))
+    found["freedom"] = np.where(found["freedom"] > 0, found["freedom"], MOST_FREEDOM)
     with np.errstate(invalid="ignore"):
-        usable = cell[flag].values.ravel() & (value > 0) & np.isfinite(error) & (stress > 0)
-    order = np.argsort(stress[usable], kind="stable")
-    return Points(stress[usable][order], value[usable][order], error[usable][order])
+        usable = np.asarray(rows["steady"], dtype=bool) & np.isfinite(found["value"])
+        usable &= (found["stress"] > 0) & np.isfinite(found["error"]) & (found["error"] > 0)
+    order = np.argsort(found["stress"][usable], kind="stable")
+    kept = {key: row[usable][order] for key, row in found.items()}
+    return Points(**kept, common=float(kept["freedom"].sum()))
 
 
 def each_cell(
@@ -77,48 +96,77 @@ def each_cell(
     fit: Callable[[dict[str, int], Points], Fit],
 ) -> tuple[tuple[str, ...], dict[tuple[int, ...], Fit]]:
     """Fit the points of every combination of the dimensions that are not pooled."""
-    chosen = flow_curve[[name, f"{name}_error", flag]]
-    dims = tuple(str(dim) for dim in chosen.dims if dim not in pooled)
+    value, unknown = flow_curve[name], xr.full_like(flow_curve[name], MOST_FREEDOM)
+    columns = {
+        "stress": flow_curve["stress"],
+        "stress_error": flow_curve.get("stress_error", xr.zeros_like(value)),
+        "value": value,
+        "error": flow_curve[f"{name}_error"],
+        "freedom": flow_curve.get(f"{name}_freedom", unknown),
+        "steady": flow_curve[flag],
+    }
+    dims = tuple(str(dim) for dim in value.dims if dim not in pooled)
+    order = (*dims, *(dim for dim in value.dims if dim in pooled))
+    laid = {
+        key: column.broadcast_like(value).transpose(*order).values
+        for key, column in columns.items()
+    }
     fits: dict[tuple[int, ...], Fit] = {}
-    for place in np.ndindex(*(chosen.sizes[dim] for dim in dims)):
-        at = dict(zip(dims, place, strict=True))
-        fits[place] = fit(at, usable_points(chosen.isel(at), name, flag))
+    for place in np.ndindex(*(value.sizes[dim] for dim in dims)):
+        rows = {key: np.ravel(column[place]) for key, column in laid.items()}
+        fits[place] = fit(dict(zip(dims, place, strict=True)), usable_points(rows))
     return dims, fits
 
 
+def number_at(numbers: xr.DataArray, at: Mapping[str, int]) -> float:
+    """Return a number at a place, of which it may lack dimensions."""
+    return float(numbers.values[tuple(at[str(dim)] for dim in numbers.dims)])
+
+
 def laid_out(
-    flow_curve: xr.Dataset, dims: tuple[str, ...], fits: dict[tuple[int, ...], Fit]
-) -> tuple[xr.Dataset, FloatArray, FloatArray]:
-    """Return what all fits have in common, their values and their covariances, cell by cell."""
+    flow_curve: xr.Dataset,
+    dims: tuple[str, ...],
+    fits: Mapping[tuple[int, ...], Fit],
+    parameters: tuple[str, ...],
+    prefix: str = "",
+    message: str = "message",
+    pooled: str = "",
+) -> xr.Dataset:
+    """Return the outcomes of all fits, cell by cell.
+
+    Returns
+    -------
+    xr.Dataset
+        For each parameter, its name after ``pooled``, its value, ``_error`` (standard error) and
+        ``_interval`` (along ``confidence`` and ``end``); after ``prefix``, ``reduced_chi_square``,
+        ``points`` and the message.
+    """
     shape = tuple(flow_curve.sizes[dim] for dim in dims)
     every = [fits[place] for place in np.ndindex(*shape)]
-    common = xr.Dataset(
-        {
-            "reduced_chi_square": (
-                dims,
-                np.reshape([one.reduced_chi_square for one in every], shape),
-                QUANTITIES["reduced_chi_square"].attributes,
-            ),
-            "points": (
-                dims,
-                np.reshape([one.points for one in every], shape),
-                QUANTITIES["points"].attributes,
-            ),
-            "fit_message": (
-                dims,
-                np.reshape(np.array([one.message for one in every], dtype=object), shape),
-                QUANTITIES["fit_message"].attributes,
-            ),
-        },
-        coords={dim: flow_curve[dim] for dim in dims if dim in flow_curve.coords},
-    )
-    values = np.reshape([one.values for one in every], (*shape, -1))
-    size = values.shape[-1]
-    return common, values, np.reshape([one.covariance for one in every], (*shape, size, size))
+    result = xr.Dataset(coords={dim: flow_curve[dim] for dim in dims if dim in flow_curve.coords})
+    result = result.assign_coords(confidence=list(CONFIDENCE), end=list(ENDS))
+
+    def put(name: str, values: list[Any], *more: str) -> None:
+        kind = object if isinstance(values[0], str) else None
+        sizes = (*shape, *(result.sizes[dim] for dim in more))
+        result[name] = (*dims, *more), np.reshape(np.array(values, dtype=kind), sizes)
+
+    put(f"{prefix}reduced_chi_square", [one.reduced_chi_square for one in every])
+    put(f"{prefix}points", [one.points for one in every])
+    put(f"{prefix}{message}", [one.message for one in every])
+    for number, name in enumerate(parameters):
+        put(f"{pooled}{name}", [one.values[number] for one in every])
+        variances = [one.covariance[number, number] for one in every]
+        put(f"{pooled}{name}_error", [float(np.sqrt(variance)) for variance in variances])
+        put(f"{pooled}{name}_interval", [one.intervals[number] for one in every], *INTERVAL)
+    return described(result)
 
 
 def with_stress(flow_curve: xr.Dataset) -> xr.Dataset:
     """Give a flow curve its stress as a coordinate: exact where it was swept, else as measured."""
     if "stress" in flow_curve.coords:
         return flow_curve
-    return flow_curve.assign_coords(stress=flow_curve["shear_stress"])
+    curve = flow_curve.assign_coords(stress=flow_curve["shear_stress"])
+    if "shear_stress_error" in flow_curve:
+        curve["stress_error"] = flow_curve["shear_stress_error"]
+    return curve

@@ -6,6 +6,7 @@ of the paper.
 
 from softslip.analysis.observables.seeds import mean_over_seeds
 from softslip.analysis.observables.series import parameters_of
+from softslip.analysis.observables.slip_lengths import slip_lengths
 from softslip.analysis.observables.steady import steady_state
 from softslip.analysis.observables.tables import collect
 from softslip.analysis.observables.timescales import slip_time, yielding_time
@@ -22,6 +23,7 @@ __all__ = [
     "mean_profile",
     "non_affine_velocity",
     "parameters_of",
+    "slip_lengths",
     "slip_time",
     "steady_state",
     "yielding_time",

@@ -52,6 +52,15 @@ def record_edges(run: xr.Dataset) -> FloatArray:
     return np.concatenate(([ends[0] - float(run["interval"][0])], ends))
 
 
+def equal_bins(run: xr.Dataset) -> FloatArray:
+    """Cut a run into equal bins that end with it, none shorter than a record."""
+    known = record_edges(run)
+    width = float(np.diff(known).max())
+    count = max(int((known[-1] - known[0]) / width + 1e-9), 1)
+    edges = known[-1] - width * np.arange(count, -1, -1)
+    return np.asarray(np.maximum(edges, known[0]))
+
+
 def interval_means(run: xr.Dataset, name: str, edges: FloatArray) -> FloatArray:
     """Average a series over consecutive intervals, shape (intervals, ...).
 

@@ -13,6 +13,7 @@ from softslip.analysis.observables.series import (
     parameters_of,
     record_edges,
 )
+from softslip.analysis.observables.slip_lengths import slip_lengths
 from softslip.analysis.observables.steady import FLAGS, steady_state
 from softslip.analysis.observables.timescales import slip_time, yielding_time
 from softslip.analysis.observables.velocity_fields import heterogeneity, mean_profile
@@ -156,7 +157,9 @@ def _put(
                 f"{name} has the shape {result[name].shape} in one run and "
                 f"{template[name].shape} in another; bring them to a common grid first"
             )
-        values[place] = result[name].values
+        found = result[name].values
+        # Without dimensions: the text itself, not an array of it.
+        values[place] = found if found.ndim else found.item()
 
 
 def _with_common_values(table: xr.Dataset, runs: list[xr.Dataset]) -> xr.Dataset:
@@ -170,14 +173,15 @@ def _with_common_values(table: xr.Dataset, runs: list[xr.Dataset]) -> xr.Dataset
 
 
 def _scalars(run: xr.Dataset) -> xr.Dataset:
-    return xr.merge([steady_state(run), yielding_time(run), slip_time(run), heterogeneity(run)])
+    parts = (steady_state, yielding_time, slip_time, heterogeneity, slip_lengths)
+    return xr.merge([part(run) for part in parts])
 
 
 def flow_curve(runs: Runs) -> xr.Dataset:
-    """Collect the steady-state averages, times and heterogeneity of runs (Figs. 5, 6, 8d-e).
+    """Collect the steady-state averages, times and heterogeneity of runs (Figs. 5 to 8).
 
-    See `collect` for the layout, and `steady_state`, `yielding_time`, `slip_time` and
-    `heterogeneity` for the variables.
+    See `collect` for the layout, and `steady_state`, `yielding_time`, `slip_time`,
+    `heterogeneity` and `slip_lengths` for the variables.
     """
     return collect(runs, _scalars).assign_attrs(title="Flow curve")
 

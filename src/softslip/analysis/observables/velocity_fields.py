@@ -153,8 +153,8 @@ def heterogeneity(run: xr.Dataset) -> xr.Dataset:
     -------
     xr.Dataset
         Scalars ``heterogeneity``, ``heterogeneity_error`` (standard error over the snapshots,
-        NaN for a single one) and ``snapshots_used``. NaN where the run kept none in the window
-        or has no bulk.
+        NaN for a single one), ``heterogeneity_freedom`` and ``snapshots_used``. NaN where the run
+        kept none in the window or has no bulk.
     """
     values: list[float] = []
     if run.sizes.get("snapshot", 0) and parameters_of(run).recording.bulk_margin is not None:
@@ -169,6 +169,7 @@ def heterogeneity(run: xr.Dataset) -> xr.Dataset:
             {
                 "heterogeneity": mean,
                 "heterogeneity_error": error,
+                "heterogeneity_freedom": float(max(count - 1, 0)),
                 "snapshots_used": float(count),
             }
         )

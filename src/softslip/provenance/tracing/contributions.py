@@ -1,14 +1,26 @@
 """Which runs a value was computed from, from the table of runs that it goes back to."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from softslip.analysis.fits import FITTED
+from softslip.analysis.fits.critical_roughness import NAME as CRITICAL
 from softslip.analysis.fits.flow import PARAMETERS
 from softslip.analysis.fits.points import with_stress
+from softslip.analysis.fits.powers import EXPONENTS
+from softslip.analysis.fits.slip import (
+    CLEAR,
+    COEFFICIENT,
+    EVIDENCE,
+    EXPONENT,
+    INTERCEPT,
+    NEWTONIAN,
+    least_flowing_stress,
+)
 from softslip.analysis.observables import mean_over_seeds
 from softslip.errors import DatasetError
 from softslip.provenance.tracing.targets import Values, value_at
@@ -19,8 +31,11 @@ RUN = "run_id"
 POOLED = "pooled_"
 """Beginning of the names of what is fitted to all roughnesses together."""
 
-SLIP_LAWS = ("newtonian_slip_coefficient", "slip_coefficient")
-"""Slip velocity over stress below yield, and above."""
+SLIP_LAWS = {NEWTONIAN: -1, COEFFICIENT: 1, EXPONENT: 1, INTERCEPT: 1}
+"""Parameters of slip, and on which side of yield they are fitted."""
+
+WITHOUT_YIELD_STRESS = (NEWTONIAN, INTERCEPT)
+"""Those that need no yield stress: without one, the bulk's verdicts tell the sides."""
 
 ENTERED = ""
 """Reason of a run that was not left out."""
@@ -62,6 +77,8 @@ class Law:
         Variable of the fits that says whether it was fitted.
     side
         1 for stresses above the pooled yield stress only, -1 for those below, 0 for all.
+    alone
+        Whether it is also fitted where the yield stress is not known.
     """
 
     series: str
@@ -69,18 +86,36 @@ class Law:
     points: str
     message: str
     side: int
+    alone: bool = False
 
 
 def law_of(variable: str) -> Law | None:
     """Return what a variable of the fits was fitted to, None where it is no outcome of a fit."""
-    for name, side in zip(SLIP_LAWS, (-1, 1), strict=True):
+    if variable == EVIDENCE:
+        return law_of(COEFFICIENT)
+    if variable.startswith(CRITICAL):
+        # It follows from the slip coefficients of all roughnesses.
+        return replace(_slip_law(COEFFICIENT), message=f"{CRITICAL}_message")
+    for name in SLIP_LAWS:
         if variable == name or variable.startswith(f"{name}_"):
-            return Law("slip_velocity", "steady_slip", f"{name}_points", f"{name}_message", side)
+            return _slip_law(name)
     prefix = POOLED if variable.startswith(POOLED) else ""
-    bare = variable.removeprefix(prefix).removesuffix("_error")
+    bare = variable.removeprefix(prefix)
+    for series, name in EXPONENTS.items():
+        if bare == name or bare.startswith(f"{name}_"):
+            side = 0 if series == "heterogeneity" else 1
+            return Law(series, "", f"{prefix}{name}_points", f"{prefix}{name}_message", side)
+    bare = bare.removesuffix("_error").removesuffix("_interval")
     if bare in (*PARAMETERS, "covariance", "reduced_chi_square", "points", "fit_message"):
         return Law("shear_rate_bulk", "steady_bulk", f"{prefix}points", f"{prefix}fit_message", 0)
     return None
+
+
+def _slip_law(name: str) -> Law:
+    """Return what a parameter of slip was fitted to."""
+    points, message = f"{name}_points", f"{name}_message"
+    alone = name in WITHOUT_YIELD_STRESS
+    return Law("slip_velocity", "steady_slip", points, message, SLIP_LAWS[name], alone)
 
 
 def fit_message(values: Values) -> str:
@@ -119,8 +154,8 @@ def fitted_parts(
     """Return the runs of the points that a fitted variable was fitted to, and the others.
 
     A run enters with its point, the mean over its seeds, as in `analysis.fits`: where that is
-    steady, positive, of known error and positive stress, and on the slip law's side of the yield
-    stress. That yield stress is fitted to the runs of all roughnesses, which enter by it.
+    steady, of known error and positive stress, and on the law's side of the yield stress. That
+    yield stress is fitted to the runs of all roughnesses, which enter by it.
 
     Parameters
     ----------
@@ -215,18 +250,29 @@ def _tested(fits: xr.Dataset, curve: xr.Dataset, law: Law) -> xr.DataArray:
     """Return why each point cannot be fitted, `ENTERED` where it can."""
     curve = with_stress(curve)
     value, stress = curve[law.series], curve["stress"]
+    error = curve[f"{law.series}_error"]
     reasons: dict[str, xr.DataArray] = {
-        "not steady": curve[law.flag],
-        "not positive": value > 0,
-        "of unknown error": abs(curve[f"{law.series}_error"]) < np.inf,
+        "not steady": curve[law.flag] if law.flag else value.notnull(),
+        "of unknown error": (abs(error) < np.inf) & ((error > 0) | (value != 0)),
         "not at a positive stress": stress > 0,
     }
     if law.side:
-        threshold = fits[f"{POOLED}yield_stress"]
-        reasons["without a yield stress"] = threshold.notnull()
-        word = "above" if law.side > 0 else "below"
-        reasons[f"not {word} the yield stress"] = law.side * (stress - threshold) > 0
+        reasons |= _on_side(fits, curve, law)
     verdicts = xr.full_like(value, ENTERED, dtype=object)
     for reason, passed in reasons.items():
         verdicts = verdicts.where((verdicts != ENTERED) | passed, reason)
     return verdicts
+
+
+def _on_side(fits: xr.Dataset, curve: xr.Dataset, law: Law) -> dict[str, xr.DataArray]:
+    """Return which points are on the law's side of the yield stress, by what they lack if not."""
+    name = f"{POOLED}yield_stress"
+    error = fits[f"{name}_error"]
+    known = (fits[f"{POOLED}fit_message"] == FITTED) & (error < np.inf)
+    clear = law.side * (curve["stress"] - fits[name]) > CLEAR * error
+    word = "above" if law.side > 0 else "below"
+    if not law.alone:
+        return {"without a yield stress": known, f"not {word} the yield stress": clear}
+    flows = curve["stress"] >= least_flowing_stress(curve)
+    by_verdict = flows if law.side > 0 else ~flows
+    return {f"not {word} the yield stress": clear.where(known, by_verdict).astype(bool)}

@@ -6,6 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -238,7 +239,10 @@ def _made_from(product: Product, target: Target, dataset: xr.Dataset) -> tuple[P
         limit = f"is not in {name}, but in several datasets made from it: {several}"
         raise ConfigError("variable", key, limit, "name one of these files")
     limit = f"is neither in {name} nor in a dataset beside it that was made from it"
-    raise ConfigError("variable", key, limit, f"use one of {enumerated(sorted(known), MOST_NAMES)}")
+    # Names like it first: a table of fits has more of them than a sentence.
+    near = get_close_matches(target.variable, sorted(known), n=3)
+    names = [*near, *sorted(known - set(near))]
+    raise ConfigError("variable", key, limit, f"use one of {enumerated(names, MOST_NAMES)}")
 
 
 def _chosen(dataset: xr.Dataset, variable: str, name: str, text: str) -> Iterator[tuple[str, int]]:

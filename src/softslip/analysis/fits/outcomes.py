@@ -1,0 +1,86 @@
+"""From the most likely parameters of a law to the outcome of a fit."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from softslip.analysis.fits.likelihood import (
+    CONFIDENCE,
+    HOPELESS,
+    Optimum,
+    Problem,
+    optimum,
+    profile_interval,
+    quality,
+)
+from softslip.analysis.fits.measured_points import FloatArray
+from softslip.analysis.fits.points import (
+    FITTED,
+    Fit,
+    nothing,
+)
+
+
+@dataclass(frozen=True)
+class Law:
+    """A law as it is fitted.
+
+    Attributes
+    ----------
+    problem
+        Points and deviations.
+    starts
+        Parameters to start from.
+    units
+        What each wanted parameter is multiplied with afterwards; those beyond are of no interest.
+    names
+        What each wanted parameter is called in messages.
+    """
+
+    problem: Problem
+    starts: list[FloatArray]
+    units: tuple[float, ...]
+    names: tuple[str, ...]
+
+
+def fitted(law: Law, points: int) -> Fit:
+    """Return the outcome of a fit, or what the points do not determine.
+
+    Parameters
+    ----------
+    law
+        What to fit.
+    points
+        Number of points, for the outcome.
+    """
+    size = len(law.units)
+    found = optimum(law.problem, law.starts)
+    if found is None:
+        return nothing(size, points, "no law is near the points")
+    good = quality(law.problem, found)
+    if good.chance < HOPELESS:
+        said = f"the law does not describe the points: χ² is {good.reduced_chi_square:.3g} of 1"
+        return replace(nothing(size, points, said), reduced_chi_square=good.reduced_chi_square)
+    units = np.array(law.units)
+    ends = np.array(
+        [
+            [profile_interval(law.problem, found, row, c, good.widening) for c in CONFIDENCE]
+            for row in np.eye(len(found.values))[:size]
+        ]
+    )
+    covariance = found.covariance[:size, :size] * np.outer(units, units) * good.widening
+    unknown = [
+        name
+        for name, end, variance in zip(law.names, ends, np.diag(covariance), strict=True)
+        if not (np.isfinite(end).all() and np.isfinite(variance))
+    ]
+    message = f"the points do not determine {' and '.join(unknown)}" if unknown else FITTED
+    values, intervals = found.values[:size] * units, ends * units[:, None, None]
+    chi = good.reduced_chi_square
+    return Fit(values, covariance, intervals, chi, points, message)
+
+
+def least_deviance(law: Law) -> float:
+    """Return the deviance at the most likely parameters, infinite where there are none."""
+    found: Optimum | None = optimum(law.problem, law.starts)
+    return np.inf if found is None else found.deviance
