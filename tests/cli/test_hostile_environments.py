@@ -137,8 +137,8 @@ def assert_clear(said: Said, where: str, errors_are_seen: bool = True) -> None:
     assert said.status in STATUSES, f"{where}: exit status {said.status}: {both[-3000:]}"
     assert "Traceback" not in both, f"{where}: {both[-3000:]}"
     if said.status and errors_are_seen:
-        # What `verify` finds is its answer.
-        found = said.output if where.startswith("verify ") else said.errors
+        # What `verify` finds is its answer, unless it is refused.
+        found = both if where.startswith("verify ") else said.errors
         assert found.strip(), f"{where}: no word on standard error"
 
 
@@ -282,6 +282,9 @@ def test_missing_rights_are_told(
     RIGHTS[right](project)
     said = Said(*forks_without_privileges.call(project, line))
     assert_clear(said, f"{command} where {right}")
+    if said.status and command not in REFUSED:
+        # And not, say, that files are missing.
+        assert "Permission denied" in said.output + said.errors, said.output + said.errors
 
 
 def test_a_folder_that_is_gone_is_told(project: Path, clean: Path) -> None:

@@ -2,7 +2,6 @@
 
 import atexit
 import os
-import re
 import sys
 from contextlib import ExitStack
 from pathlib import Path
@@ -14,6 +13,7 @@ from softslip.errors import ConfigError, SoftslipError
 from softslip.files.expected_results import expected_results, run_shown
 from softslip.files.products import ANY_MORE, FIGURES
 from softslip.provenance.fingerprints import fingerprint
+from softslip.operations.asked_results import no_such_run, why_not
 from softslip.operations.lock import run_lock
 from softslip.operations.leftovers import remove
 from softslip.config.stages import STAGES
@@ -123,35 +123,19 @@ def run_of(stage, wildcards):
     try:
         return TABLES[stage][wildcards.run]
     except KeyError:
-        raise WorkflowError(no_such_run(stage, wildcards.run)) from None
-
-
-def no_such_run(stage, run):
-    """Say that the scenario has no such run."""
-    return (
-        f"{stage} {run}: is no run of scenario {SCENARIO.name}; list them with: "
-        f"softslip runs {SOURCE}"
-    )
+        raise WorkflowError(no_such_run(stage, wildcards.run, SCENARIO)) from None
 
 
 # What is asked for on the command line is looked at before Snakemake does, whose own errors on
-# what functions of rules raise are tracebacks.
-ASKED_RUN = re.compile(
-    rf"{re.escape(str(PLACE))}/(\w+|figures/snapshots)/([0-9a-f]{{16}})\.(nc|png)"
-)
+# what functions of rules raise are tracebacks. What is to be forgotten need not be known.
+if workflow.is_main_process and not {"--cleanup-metadata", "--cm"} & set(sys.argv):
+    for refusal in filter(None, (why_not(word, SCENARIO, PLACE) for word in sys.argv[1:])):
+        raise WorkflowError(refusal)
 
 
 def in_folder(word, folder):
     """Whether a word of the command line is a file in a folder."""
     return bool(word) and os.path.relpath(word).startswith(f"{folder}/")
-
-
-for word in sys.argv[1:]:
-    asked = ASKED_RUN.fullmatch(os.path.relpath(word)) if word else None
-    if asked:
-        asked_stage = "shear" if asked[3] == "png" else asked[1]
-        if asked[2] not in TABLES.get(asked_stage, [asked[2]]):
-            raise WorkflowError(no_such_run(asked_stage, asked[2]))
 
 
 def not_counted(value):

@@ -8,6 +8,7 @@ is linked to; h5py, which brings another, is no faster than netCDF4.
 
 import ctypes
 import os
+import stat
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
@@ -75,12 +76,22 @@ def text_attributes(path: Path, names: Sequence[str]) -> dict[str, str]:
     DatasetError
         When the file is missing or cannot be read.
     """
-    if not os.path.isfile(path):
-        raise DatasetError(f"{file_text(path)}: does not exist or is not a file")
+    _check_file(path)
     library = _library()
     with _opened(library, path) as file:
         found = {name: _text(library, file, name) for name in names}
     return {name: text for name, text in found.items() if text is not None}
+
+
+def _check_file(path: Path) -> None:
+    try:
+        if stat.S_ISREG(path.stat().st_mode):
+            return
+    except PermissionError as error:
+        raise DatasetError(f"{file_text(path)}: cannot be read ({error.strerror})") from None
+    except (OSError, ValueError):
+        pass
+    raise DatasetError(f"{file_text(path)}: does not exist or is not a file")
 
 
 @cache

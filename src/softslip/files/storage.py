@@ -266,6 +266,8 @@ def read_dataset(path: Path, *, stage: str, run: str | None = None) -> xr.Datase
             dataset = xr.load_dataset(path.absolute(), engine="netcdf4")
     except FileNotFoundError:
         raise DatasetError(f"{name}: does not exist; run the {stage} stage first") from None
+    except PermissionError as error:
+        raise DatasetError(f"{name}: cannot be read ({_reason(error)})") from None
     # What the library raises for a damaged file has no common base; AttributeError is among it.
     except Exception as error:
         raise DatasetError(
