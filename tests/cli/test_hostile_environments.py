@@ -9,11 +9,14 @@ import json
 import os
 import shutil
 from collections.abc import Iterable, Iterator, Mapping
+from importlib import import_module
 from itertools import cycle
 from pathlib import Path
+from typing import get_type_hints
 
 import pytest
 import small_results
+import typer
 from forked import Forks
 from hostile import (
     FILES,
@@ -88,6 +91,26 @@ def test_every_subcommand_is_called() -> None:
     assert set(GROUPS) <= set(WORDS)
 
 
+def parameters(commands: typer.Typer) -> Iterator[tuple[str, object]]:
+    """Yield the name and the annotation of each parameter of a module's commands."""
+    for group in commands.registered_groups:
+        assert group.typer_instance is not None
+        yield from parameters(group.typer_instance)
+    for command in commands.registered_commands:
+        assert command.callback is not None
+        yield from get_type_hints(command.callback, include_extras=True).items()
+
+
+@pytest.mark.parametrize("module", COMMANDS)
+def test_commands_say_themselves_which_file_may_not_be_read(module: str) -> None:
+    """Else typer would, in other words, and refuse to replace a file that may not be read."""
+    commands = import_module(f"softslip.cli.{module}").app
+    paths = [each for each in parameters(commands) if "pathlib.Path" in str(each[1])]
+    for name, annotation in paths:
+        (told,) = (each for each in annotation.__metadata__ if hasattr(each, "readable"))
+        assert not told.readable, name
+
+
 @pytest.fixture(scope="module")
 def clean(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a project with results that were made in this environment, not to be changed."""
@@ -137,8 +160,8 @@ def assert_clear(said: Said, where: str, errors_are_seen: bool = True) -> None:
     assert said.status in STATUSES, f"{where}: exit status {said.status}: {both[-3000:]}"
     assert "Traceback" not in both, f"{where}: {both[-3000:]}"
     if said.status and errors_are_seen:
-        # What `verify` finds is its answer, unless it is refused.
-        found = both if where.startswith("verify ") else said.errors
+        # What these find is their answer, unless they are refused.
+        found = both if where.startswith(("verify ", "trace ")) else said.errors
         assert found.strip(), f"{where}: no word on standard error"
 
 
@@ -156,7 +179,7 @@ def assert_same(
         assert read_product(after).content == read_product(before).content, where
     if command == "verify":
         report = json.loads(said.output)
-        assert {each["verdict"] for each in report["files"]} == {"intact"}, where
+        assert {each["verdict"] for each in report["files"]} == {"sound"}, where
 
 
 def resolved(variables: Mapping[str, str | None], project: Path) -> dict[str, str | None]:

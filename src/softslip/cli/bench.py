@@ -28,7 +28,7 @@ FEWEST_PARTICLES = 16
 
 Particles = Annotated[int, typer.Option(min=FEWEST_PARTICLES, help="Number of particles.")]
 Fidelity = Annotated[str, typer.Option(help="preview, standard, paper or converged.")]
-Measured = Annotated[Path | None, typer.Option(help="Dataset to write.")]
+Measured = Annotated[Path | None, typer.Option(help="Dataset to write.", readable=False)]
 Budget = Annotated[float, typer.Option(min=0, help="Seconds for the repeats of a measurement.")]
 
 

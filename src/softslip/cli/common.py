@@ -25,13 +25,14 @@ ScenarioName = Annotated[
     str, typer.Argument(metavar="SCENARIO", help="Name of a file in config/, or a .yaml path.")
 ]
 RunName = Annotated[str, typer.Argument(metavar="RUN", help="Run ID, or its first digits.")]
-Output = Annotated[Path, typer.Option(help="File to write.")]
-Parent = Annotated[Path, typer.Option(help="Result of the stage before.")]
+Output = Annotated[Path, typer.Option(help="File to write.", readable=False)]
+Parent = Annotated[Path, typer.Option(help="Result of the stage before.", readable=False)]
 Threads = Annotated[
     int, typer.Option(min=1, help="Threads at most; a run uses up to 2, for the same numbers.")
 ]
 Results = Annotated[
-    Path | None, typer.Option(help="Folder of the scenario's results; results/NAME by default.")
+    Path | None,
+    typer.Option(help="Folder of the scenario's results; results/NAME by default.", readable=False),
 ]
 
 

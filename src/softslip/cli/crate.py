@@ -16,10 +16,13 @@ app = typer.Typer()
 
 Folder = Annotated[
     Path | None,
-    typer.Option("--output", help="Folder to write; results/NAME.crate by default."),
+    typer.Option(
+        "--output", help="Folder to write; results/NAME.crate by default.", readable=False
+    ),
 ]
 Archive = Annotated[
-    Path | None, typer.Option("--zip", help="ZIP archive to write, instead of a folder or too.")
+    Path | None,
+    typer.Option("--zip", help="ZIP archive to write, instead of a folder or too.", readable=False),
 ]
 Data = Annotated[str, typer.Option(help="How files get into the folder: copy, or link (hard).")]
 Partial = Annotated[bool, typer.Option("--partial", help="Results may be missing.")]

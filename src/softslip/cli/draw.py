@@ -30,7 +30,8 @@ FigureName = Annotated[str, typer.Argument(metavar="FIGURE", help=f"One of {', '
 def draw(
     figure: FigureName,
     data: Annotated[
-        list[Path], typer.Argument(help="Datasets that it shows, or a scenario or folder.")
+        list[Path],
+        typer.Argument(help="Datasets that it shows, or a scenario or folder.", readable=False),
     ],
     output: Output,
 ) -> None:

@@ -22,11 +22,15 @@ Target = Annotated[
     ),
 ]
 CsvOutput = Annotated[
-    Path | None, typer.Option("--output", help="File to write; standard output by default.")
+    Path | None,
+    typer.Option("--output", help="File to write; standard output by default.", readable=False),
 ]
 FigureData = Annotated[
     Path | None,
-    typer.Option(help="Folder of a figure's datasets, if they do not lie where it expects them."),
+    typer.Option(
+        help="Folder of a figure's datasets, if they do not lie where it expects them.",
+        readable=False,
+    ),
 ]
 
 

@@ -29,8 +29,8 @@ StudyName = Annotated[
     str, typer.Option("--study", help="Name of a file in config/numerics/, without .yaml.")
 ]
 Name = Annotated[str, typer.Argument(metavar="NAME", help="Which one, see the study.")]
-Data = Annotated[list[Path], typer.Argument(help="Datasets to gather.")]
-Scene = Annotated[Path, typer.Option(help="Dataset that `numerics scene` wrote.")]
+Data = Annotated[list[Path], typer.Argument(help="Datasets to gather.", readable=False)]
+Scene = Annotated[Path, typer.Option(help="Dataset that `numerics scene` wrote.", readable=False)]
 
 
 def _tell(line: str) -> None:
@@ -229,9 +229,9 @@ def coverage(output: Output, study: StudyName = "full") -> None:
 @app.command()
 @one_line_errors
 def publish(
-    results: Annotated[Path, typer.Argument(help="Folder of a finished study.")] = Path(
-        "results/numerics/full"
-    ),
+    results: Annotated[
+        Path, typer.Argument(help="Folder of a finished study.", readable=False)
+    ] = Path("results/numerics/full"),
 ) -> None:
     """Copy a study's datasets and figures to results/published/numerics, and write the tables.
 

@@ -34,7 +34,9 @@ Against = Annotated[
     str | None,
     typer.Option(metavar="SCENARIO", help="List what this other scenario does not have."),
 ]
-Table_ = Annotated[Path, typer.Argument(metavar="FILE", help="The table to write, JSON.")]
+Table_ = Annotated[
+    Path, typer.Argument(metavar="FILE", help="The table to write, JSON.", readable=False)
+]
 
 
 @app.command()

@@ -42,9 +42,12 @@ Expression = Annotated[
 Columns = Annotated[
     str, typer.Option(metavar="A,B,C", help="What to show: any names that EXPR can have.")
 ]
-Csv = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the table as CSV.")]
+Csv = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Write the table as CSV.", readable=False)
+]
 NcOutput = Annotated[
-    Path | None, typer.Option(metavar="FILE.nc", help="Gather the runs into a dataset.")
+    Path | None,
+    typer.Option(metavar="FILE.nc", help="Gather the runs into a dataset.", readable=False),
 ]
 Gathered = Annotated[
     str, typer.Option("--table", help="What --output gathers: flow_curve, creep or profiles.")

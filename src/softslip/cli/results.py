@@ -64,7 +64,10 @@ def gather(
 def fit(
     flow_curve: Annotated[
         Path,
-        typer.Argument(help="Dataset that `gather flow_curve` wrote, its folder, or a scenario."),
+        typer.Argument(
+            help="Dataset that `gather flow_curve` wrote, its folder, or a scenario.",
+            readable=False,
+        ),
     ],
     output: Output,
 ) -> None:

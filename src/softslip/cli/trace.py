@@ -25,7 +25,8 @@ TargetText = Annotated[
 ]
 Every = Annotated[bool, typer.Option("--all", help="List each run, value and problem.")]
 GraphFile = Annotated[
-    Path | None, typer.Option(help="Draw what was made from what, as .png, .svg or .pdf.")
+    Path | None,
+    typer.Option(help="Draw what was made from what, as .png, .svg or .pdf.", readable=False),
 ]
 
 

@@ -44,7 +44,10 @@ Seed = Annotated[
     typer.Option(min=0, help="Seed of the random sample; a new one each time by default."),
 ]
 Report = Annotated[
-    Path | None, typer.Option(metavar="FILE.json", help="Write all that was found to this file.")
+    Path | None,
+    typer.Option(
+        metavar="FILE.json", help="Write all that was found to this file.", readable=False
+    ),
 ]
 Every = Annotated[bool, typer.Option("--all", help="List sound files and all remarks too.")]
 Complete = Annotated[bool, typer.Option("--complete", help="Count missing products as problems.")]

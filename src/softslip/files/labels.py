@@ -118,11 +118,20 @@ def _library() -> ctypes.PyDLL:
 def _opened(library: ctypes.PyDLL, path: Path) -> Iterator[int]:
     file = library.H5Fopen(os.fsencode(path), _DEFAULT, _DEFAULT)
     if file < 0:
-        raise DatasetError(f"{file_text(path)}: cannot be read as a NetCDF file")
+        raise DatasetError(f"{file_text(path)}: cannot be read {_why_not(path)}")
     try:
         yield file
     finally:
         library.H5Fclose(file)
+
+
+def _why_not(path: Path) -> str:
+    """Return why the library opens no file; it does not tell itself which may not be read."""
+    try:
+        with path.open("rb"):
+            return "as a NetCDF file"
+    except OSError as error:
+        return f"({error.strerror})"
 
 
 def _text(library: ctypes.PyDLL, file: int, name: str) -> str | None:

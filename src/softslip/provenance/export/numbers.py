@@ -17,7 +17,7 @@ from softslip.files.products import FIGURES
 from softslip.files.stamps import FORMATS, check_figure, read_labels
 from softslip.files.storage import CONTENT_DIGEST, read_dataset
 from softslip.messages import file_text, printable
-from softslip.provenance.archive import REPLACED, Archive
+from softslip.provenance.archive import REPLACED, UNREADABLE, Archive
 from softslip.provenance.export.csv_file import Table
 from softslip.provenance.product_labels import PASSING, Parent, read_product
 
@@ -145,6 +145,9 @@ def _found(figure: Path, parent: Parent, results: Path | None) -> xr.Dataset:
     places = [Archive(folder).locate(parent) for folder in folders]
     product = next((each.product for each in places if each.product is not None), None)
     if product is None:
+        closed = next((each.problem for each in places if each.state == UNREADABLE), None)
+        if closed is not None:
+            raise DatasetError(f"{closed}; {file_text(figure)} was drawn from it")
         newer = next((each.path for each in places if each.state == REPLACED), None)
         there = f" ({file_text(newer)} is another version: redraw the figure)" if newer else ""
         raise DatasetError(
