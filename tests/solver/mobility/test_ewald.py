@@ -16,11 +16,13 @@ from softslip.errors import ConfigError
 from softslip.simulation import assembly, hydrodynamics
 from softslip.simulation.sample import channel_box
 from softslip.solver.geometry import Box
+from softslip.solver.mobility import blob
 from softslip.solver.mobility import ewald as module
 from softslip.solver.mobility.ewald import EwaldMobility
 from softslip.solver.mobility.grid import GridMobility, regularisation_length
 from softslip.solver.splitting import EWALD_REACH, SPLIT_OVER_SPACING, best_split
 from softslip.solver.state import State
+from softslip.studies import scenes as studied
 
 BOX = Box(length=1.0, height=0.7, outer_gap=0.5)
 EPSILON, SPLIT = 0.012, 0.04
@@ -282,6 +284,35 @@ def test_sums_are_accurate_on_a_foam(foam, smooth, net):
     assert found.reach < 0.5 * finer.reach
     # What the sums may be off by: these forces vary faster than those of membranes in contact.
     assert error < 3e-4, f"relative error {error:.1e}"
+
+
+def finer(monkeypatch, make):
+    """Return a sum whose far mesh leaves out next to nothing: e^-8 of what the usual one does."""
+    reach = 18.0
+    with monkeypatch.context() as patch:
+        patch.setattr(blob, "_BEYOND", reach * blob._BEYOND / blob.MESH_REACH)
+        for place in (module, blob):
+            patch.setattr(place, "MESH_REACH", reach)
+        return make()
+
+
+@pytest.mark.parametrize("level", ["standard", "paper"])
+@pytest.mark.parametrize("seed", [11, 12])
+def test_sums_are_accurate_on_packings_that_nothing_was_chosen_on(level, seed, monkeypatch):
+    """Forces of membranes in contact, and forces that vary at random from node to node."""
+    given = studied.parameters_of(24, level, seed=seed, time_stepping={"ageing_time": 0.1})
+    scene = studied.scene_of(studied.aged_packing(given), given)
+    flow = scene.suspension.evaluate(scene.state)
+    random = np.random.default_rng(seed).standard_normal(flow.forces.shape)
+    found = studied.plain_sum(given, scene.layout)
+    epsilon, split = assembly.regularisation_of(given), found.reach / EWALD_REACH
+    exact = finer(monkeypatch, lambda: EwaldMobility(channel_box(given), epsilon, 1.0, split))
+    for forces, limit in ((flow.forces, 4e-4), (random - random.mean(axis=0), 1e-4)):
+        wanted = exact.velocities(flow.positions, forces)
+        missed = found.velocities(flow.positions, forces) - wanted
+        error = root_mean_square(missed) / root_mean_square(wanted)
+        assert error < limit, f"relative error {error:.1e}"
+        assert np.abs(missed).max() < 4 * limit * root_mean_square(wanted)
 
 
 def test_foam_moves_as_on_the_mesh(foam, smooth):
