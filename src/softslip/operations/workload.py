@@ -5,7 +5,8 @@ Euler takes one evaluation of the equations of motion a step. A step Δt of rkc2
 regularisation shorter, and Δt the shortest of the time to the next record, the longest step, and
 the step that the tolerance allows at that stress. ρ and the latter are power laws; they do not
 depend on the machine, and their constants were fitted once to the runs of ``costs.json``. Of ρ,
-imex_rkc2 sees what its implicit part leaves, and it takes steps of about the same length.
+imex_rkc2 sees what its implicit part leaves, less as steps are longer, and its steps are longer
+too: so long that records cut them, into as many steps, all alike, as are needed.
 """
 
 import math
@@ -35,9 +36,16 @@ RADIUS_LAW = (0.056, -0.714, -0.42)
 GRID_REGULARISATION = 0.78
 """Regularisation length of the mesh of 'grid' over its mesh size."""
 
-REMAINDER, IMPLICIT_STAGES = 57.0, 5.0
-"""Spectral radius that the implicit part of imex_rkc2 leaves, with its safety, in 40 particles at
-'standard' [K_e / η], and its evaluations of a step at least."""
+IMPLICIT_STEP_LAW = (1.28, 1 / 3, -0.85)
+"""The same of imex_rkc2, whose steps follow the motion alone (40 to 800 particles)."""
+
+REMAINDER = 55.0
+"""s² - 1 of the s stages of a step η/K_e of imex_rkc2; it grows as √Δt, as the spectral radius that
+the implicit part leaves falls (40 to 800 particles at all levels)."""
+
+IMPLICIT_STAGES, BESIDE_STAGES = 5.0, 1.3
+"""Stages of a step of imex_rkc2 at least, and its evaluations beside them: the smoothing, and a
+step's share in estimates of the spectral radius."""
 
 IMPLICIT_WORK = 1.2
 """Work of a stage of imex_rkc2 over that of its evaluation, in 100 particles at 'standard'."""
@@ -145,19 +153,27 @@ def evaluations(stage: str, parameters: Parameters) -> float:
     lengths, counts = _records(parameters)
     if stage == "ageing":
         lengths, counts = np.array([duration]), np.ones(1)
-    factor, *powers = STEP_LAW
-    tolerated = factor * stepping.tolerance ** powers[0] * _stress(stage, parameters) ** powers[1]
-    step = min(unit * tolerated, stepping.longest_step)
+    if stepping.integrator == "imex_rkc2":
+        step = min(unit * _tolerated(IMPLICIT_STEP_LAW, stage, parameters), stepping.longest_step)
+        steps = np.ceil(lengths / step)
+        stages = np.sqrt(1 + REMAINDER * np.sqrt(lengths / steps / unit))
+        each = np.maximum(stages, IMPLICIT_STAGES) + BESIDE_STAGES
+        return float(counts * steps @ each) + START_STEPS * (IMPLICIT_STAGES + BESIDE_STAGES)
+    step = min(unit * _tolerated(STEP_LAW, stage, parameters), stepping.longest_step)
     factor, *powers = RADIUS_LAW
     spacing = flow.node_spacing / flow.resolution
     epsilon = (flow.regularisation or GRID_REGULARISATION) / flow.resolution
     radius = factor * spacing ** powers[0] * epsilon ** powers[1] / unit
-    fewest = FEWEST_STAGES
-    if stepping.integrator == "imex_rkc2":
-        radius, fewest = REMAINDER / unit, IMPLICIT_STAGES
     stages = np.sqrt(1 + np.minimum(lengths, step) * radius / STABLE_STEP)
     steps = counts * np.maximum(lengths / step, 1.0)
-    return float(steps @ np.maximum(stages, fewest)) + START_STEPS * fewest
+    return float(steps @ np.maximum(stages, FEWEST_STAGES)) + START_STEPS * FEWEST_STAGES
+
+
+def _tolerated(law: tuple[float, float, float], stage: str, parameters: Parameters) -> float:
+    """Return the step that the tolerance allows by a law [η / K_e]."""
+    factor, of_tolerance, of_stress = law
+    tolerance = parameters.time_stepping.tolerance
+    return float(factor * tolerance**of_tolerance * _stress(stage, parameters) ** of_stress)
 
 
 def _stress(stage: str, parameters: Parameters) -> float:
