@@ -82,14 +82,14 @@ def test_the_stated_uncertainty_is_that_of_the_table(stage: str) -> None:
 def test_evaluations_are_those_of_the_table() -> None:
     """The laws of step and radius are not fitted again: they must hold for what was measured.
 
-    Short runs of a few dozen evaluations take as long as their start, however many they are.
+    Runs of a few dozen evaluations take as long as their start, however many they are.
     """
     ratios = [
         evaluations(run.stage, run.parameters) / run.evaluations
         for run in table()
-        if run.evaluations > 500
+        if run.evaluations > 100
     ]
-    assert len(ratios) > 15
+    assert len(ratios) > 25
     assert math.exp(abs(np.log(ratios)).max()) < 1.3, sorted(ratios)
 
 
@@ -161,7 +161,7 @@ def test_preparations_take_none() -> None:
 MORE = {
     "packing": {"packing": {"equilibration_steps": 10**6}},
     "expansion": {"expansion": {"ramp_steps": 50_000}},
-    "ageing": {"time_stepping": {"ageing_time": 500}},
+    "ageing": {"time_stepping": {"ageing_time": 5000}},
     "shear": {"time_stepping": {"shear_time": 3000}},
 }
 

@@ -25,7 +25,7 @@ FEWEST_STAGES = 3.0
 """Evaluations of a step of rkc2 at least."""
 
 START_STEPS = 9.5
-"""Additional steps at the start, where films settle and steps are short."""
+"""Additional steps of rkc2 at the start, where films settle and steps are short."""
 
 STEP_LAW = (1.055, 0.29, -0.42)
 """Step that the tolerance allows [η / K_e]: factor, and powers of the tolerance and the stress."""
@@ -47,8 +47,14 @@ IMPLICIT_STAGES, BESIDE_STAGES = 5.0, 1.3
 """Stages of a step of imex_rkc2 at least, and its evaluations beside them: the smoothing, and a
 step's share in estimates of the spectral radius."""
 
-IMPLICIT_WORK = 1.2
-"""Work of a stage of imex_rkc2 over that of its evaluation, in 100 particles at 'standard'."""
+IMPLICIT_START = 120.0
+"""Additional evaluations of imex_rkc2 at the start."""
+
+IMPLICIT_AGEING = 0.08
+"""Stress over the membrane modulus at which steps of imex_rkc2 are as long as in ageing."""
+
+IMPLICIT_WORK = 1.35
+"""Work of a stage of imex_rkc2 over that of its evaluation, in 800 particles at 'standard'."""
 
 NODE_GROWTH, MESH_GROWTH = 1.05, 1.3
 """Powers of the number of nodes or mesh points as which the time of an evaluation grows, by the
@@ -154,12 +160,15 @@ def evaluations(stage: str, parameters: Parameters) -> float:
     if stage == "ageing":
         lengths, counts = np.array([duration]), np.ones(1)
     if stepping.integrator == "imex_rkc2":
-        step = min(unit * _tolerated(IMPLICIT_STEP_LAW, stage, parameters), stepping.longest_step)
+        stress = IMPLICIT_AGEING if stage == "ageing" else _stress(stage, parameters)
+        tolerated = _tolerated(IMPLICIT_STEP_LAW, stress, stepping.tolerance)
+        step = min(unit * tolerated, stepping.longest_step)
         steps = np.ceil(lengths / step)
         stages = np.sqrt(1 + REMAINDER * np.sqrt(lengths / steps / unit))
         each = np.maximum(stages, IMPLICIT_STAGES) + BESIDE_STAGES
-        return float(counts * steps @ each) + START_STEPS * (IMPLICIT_STAGES + BESIDE_STAGES)
-    step = min(unit * _tolerated(STEP_LAW, stage, parameters), stepping.longest_step)
+        return float(counts * steps @ each) + IMPLICIT_START
+    tolerated = _tolerated(STEP_LAW, _stress(stage, parameters), stepping.tolerance)
+    step = min(unit * tolerated, stepping.longest_step)
     factor, *powers = RADIUS_LAW
     spacing = flow.node_spacing / flow.resolution
     epsilon = (flow.regularisation or GRID_REGULARISATION) / flow.resolution
@@ -169,11 +178,10 @@ def evaluations(stage: str, parameters: Parameters) -> float:
     return float(steps @ np.maximum(stages, FEWEST_STAGES)) + START_STEPS * FEWEST_STAGES
 
 
-def _tolerated(law: tuple[float, float, float], stage: str, parameters: Parameters) -> float:
-    """Return the step that the tolerance allows by a law [η / K_e]."""
+def _tolerated(law: tuple[float, float, float], stress: float, tolerance: float) -> float:
+    """Return the step that a tolerance allows at a stress by a law [η / K_e]."""
     factor, of_tolerance, of_stress = law
-    tolerance = parameters.time_stepping.tolerance
-    return float(factor * tolerance**of_tolerance * _stress(stage, parameters) ** of_stress)
+    return float(factor * tolerance**of_tolerance * stress**of_stress)
 
 
 def _stress(stage: str, parameters: Parameters) -> float:
