@@ -14,7 +14,7 @@ from plans_synthetic import SECONDS, leave
 from runs_synthetic import Work
 
 from softslip.config.scenario import Scenario, load_scenario
-from softslip.config.stages import STAGES
+from softslip.config.stages import STAGES, trajectory_id
 from softslip.errors import NumericalError
 from softslip.operations import planning as module
 from softslip.operations.costs import shipped
@@ -22,6 +22,8 @@ from softslip.operations.failures import failure_recorded
 from softslip.operations.lock import run_lock
 from softslip.operations.planning import make_plan
 from softslip.operations.schedule import Plan, PlannedRun, StagePlan
+from softslip.provenance.fingerprints import fingerprint
+from softslip.simulation.end_state import end_state_path
 
 OLD = "0" * 16
 
@@ -324,6 +326,21 @@ def test_new_is_what_another_scenario_does_not_have(
         "shear": tuple(sorted(gone)),
     }
     assert make_plan(scenario, work.results).gone is None
+
+
+def test_a_run_that_continues_a_shorter_one_takes_the_rest(scenario: Scenario, work: Work) -> None:
+    leave_all(scenario, work)
+    run, row = next(iter(scenario.stage_table("shear").items()))
+    path_of(scenario, work, "shear").unlink()
+    (whole,) = (task for task in make_plan(scenario, work.results).runs if task.run == run)
+    assert (whole.action, whole.fraction) == ("begin", 0.0)
+    reached = 0.25 * row.parameters.time_stepping.shear_time
+    newest, _ = work.stop("shear", run, [(40.0, reached, 100)])
+    trajectory, code = trajectory_id(row.parameters), fingerprint("shear")
+    newest.rename(end_state_path(newest.parent, trajectory, code))
+    (rest,) = (task for task in make_plan(scenario, work.results).runs if task.run == run)
+    assert (rest.action, rest.fraction) == ("resume", 0.25)
+    assert rest.core_seconds == pytest.approx(0.75 * whole.core_seconds)
 
 
 def task(stage: str, run: str, parent: str | None, seconds: float, **others: Any) -> PlannedRun:

@@ -17,10 +17,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 from softslip.config.scenario import Scenario, StageRun
-from softslip.config.stages import STAGES
+from softslip.config.stages import STAGES, trajectory_id
 from softslip.config.sweep_order import priorities
-from softslip.errors import DatasetError
+from softslip.errors import CheckpointError, DatasetError
 from softslip.files.labels import text_attributes
+from softslip.files.layout import CHECKPOINTS
 from softslip.files.storage import CONTENT_DIGEST
 from softslip.operations.costs import Correction, Costs, Estimate, Measured, shipped
 from softslip.operations.listing import ListedFile
@@ -36,6 +37,8 @@ from softslip.operations.schedule import (
     run_before,
 )
 from softslip.provenance.fingerprints import fingerprint
+from softslip.simulation.checkpoint import read_header
+from softslip.simulation.end_state import end_state_path
 
 ENOUGH = 100
 """Finished runs of a stage that an estimate is corrected by: more do not make it better."""
@@ -111,7 +114,10 @@ def make_plan(
             if action in OPEN:
                 estimate = costs.estimate(stage, row.parameters).corrected(correction)
             new = run.run not in others[stage] if others else reason == Reason.MISSING
-            planned_run = _planned(run, row.parent, action, reason, new, estimate)
+            done = _continued(results, row) if action == Action.BEGIN else 0.0
+            if done and run_before(row) not in reasons:
+                action = Action.RESUME
+            planned_run = _planned(run, row.parent, action, reason, new, estimate, done)
             own.append(replace(planned_run, priority=ranks[stage][run.run]))
         planned += own
         stages[stage] = _stage_plan(own, correction)
@@ -174,6 +180,22 @@ def _action(run: RunStatus, reason: Reason, has_dataset: bool, parent_rerun: boo
     return Action.RESUME if run.progress is not None and not parent_rerun else Action.BEGIN
 
 
+def _continued(results: Path, row: StageRun) -> float:
+    """Return the part of a run's time that a shorter run of its trajectory has done before."""
+    if row.stage != STAGES[-1]:
+        return 0.0
+    folder, trajectory = results / row.stage / CHECKPOINTS, trajectory_id(row.parameters)
+    path = end_state_path(folder, trajectory, fingerprint(row.stage))
+    if not path.exists():
+        return 0.0
+    try:
+        time = read_header(path).time
+    except CheckpointError:
+        return 0.0
+    end = row.parameters.time_stepping.shear_time
+    return time / end if time <= end else 0.0
+
+
 def _planned(
     run: RunStatus,
     parent: str | None,
@@ -181,9 +203,12 @@ def _planned(
     reason: Reason,
     new: bool,
     estimate: Estimate,
+    done: float,
 ) -> PlannedRun:
     fraction, seconds, progress = 0.0, estimate.core_seconds, run.progress
-    if action in (Action.RESUME, Action.RUNNING) and progress is not None:
+    if action == Action.RESUME and progress is None:
+        fraction, seconds = done, seconds * (1 - done)
+    elif action in (Action.RESUME, Action.RUNNING) and progress is not None:
         fraction = progress.fraction
         # What the run itself has shown is worth more than what others have.
         own = progress.remaining

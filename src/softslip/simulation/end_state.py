@@ -18,6 +18,21 @@ from softslip.simulation.checkpoint import (
 )
 
 
+def end_state_path(folder: Path, trajectory: str, fingerprint: str) -> Path:
+    """Return where the end of the longest run of a trajectory is kept.
+
+    Parameters
+    ----------
+    folder
+        Of the stage's checkpoints.
+    trajectory
+        See `config.stages.trajectory_id`.
+    fingerprint
+        Of the stage's code.
+    """
+    return folder / f"{trajectory}.{fingerprint}{END_SUFFIX}"
+
+
 class EndState:
     """The checkpoint at the end of the longest run of a trajectory so far.
 
@@ -46,7 +61,7 @@ class EndState:
     def __init__(
         self, folder: Path, identity: Identity, trajectory: str, say: Callable[[str], None]
     ) -> None:
-        self.path = folder / f"{trajectory}.{identity.fingerprint}{END_SUFFIX}"
+        self.path = end_state_path(folder, trajectory, identity.fingerprint)
         self._identity, self._say = identity, say
 
     def load(self) -> tuple[Header, Arrays] | None:
