@@ -90,7 +90,7 @@ def test_a_longer_run_continues_the_shorter_one(results: Path, tmp_path: Path) -
 
 def test_tables_fits_and_figures_follow(results: Path) -> None:
     scenario = results / "tiny.yaml"
-    for table in ("flow_curve", "creep", "profiles"):
+    for table in ("flow_curve", "creep", "profiles", "structure"):
         output = results / f"{table}.nc"
         status, said = call("gather", table, scenario, "--results", results, "--output", output)
         assert status == 0, said

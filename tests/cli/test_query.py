@@ -57,7 +57,7 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
             before = STAGES[STAGES.index(stage) - 1]
             parent = ["--parent", results / before / f"{row.parent}.nc"] if row.parent else []
             done(stage, scenario, identity, *parent, "--output", results / stage / f"{identity}.nc")
-    for table in ("flow_curve", "creep", "profiles"):
+    for table in ("flow_curve", "creep", "profiles", "structure"):
         output = results / f"{table}.nc"
         done("gather", table, scenario, "--results", results, "--output", output)
     done("fit", results / "flow_curve.nc", "--output", results / "fits.nc")

@@ -22,6 +22,7 @@ from studies_small import SMALL_MAP
 from synthetic import sweep as runs_of
 
 from softslip.analysis.fits import fit_laws
+from softslip.analysis.observables.structure import structure
 from softslip.analysis.observables.tables import creep, flow_curve, profiles
 from softslip.config.fields import all_fields, extra
 from softslip.config.parameters import Parameters
@@ -132,6 +133,7 @@ def tables():
         "flow_curve": flow_curve(runs),
         "creep": creep(few),
         "profiles": profiles(few),
+        "structure": structure(few),
         "fits": fit_laws(curve),
     }
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from synthetic import shear_run, sweep
 
 from softslip.analysis.fits import fit_laws
+from softslip.analysis.observables.structure import structure
 from softslip.analysis.observables.tables import creep, flow_curve, profiles
 from softslip.errors import DatasetError
 from softslip.files.dataset_check import SCHEMAS, check_dataset
@@ -21,7 +22,7 @@ from softslip.simulation.expansion import expand
 from softslip.simulation.packing import pack
 
 STAGES = ("packing", "expansion", "ageing", "shear")
-TABLES = ("flow_curve", "creep", "profiles", "fits")
+TABLES = ("flow_curve", "creep", "profiles", "structure", "fits")
 
 UNKNOWN = {
     "packing": set(),
@@ -64,6 +65,7 @@ GROWING = {
     "shear": {"time", "profile_time", "wall_distance", "field_x", "field_y"},
     "creep": {"time"},
     "profiles": {"normalised_position"},
+    "structure": {"distance_from_wall", "quantile"},
     "fits": {"confidence"},
 }
 """Variables whose values follow one another."""
@@ -101,6 +103,9 @@ def datasets(aged, tmp_path_factory):
         "flow_curve": curve,
         "creep": creep(runs),
         "profiles": profiles(runs),
+        "structure": structure(
+            sweep((0.1, 0.3), (0.0,), duration=600.0, snapshots=(450.0, 500.0, 550.0))
+        ),
         "fits": fit_laws(curve),
     }
     folder = tmp_path_factory.mktemp("schema")

@@ -550,7 +550,7 @@ def test_the_first_results_alone_make_a_whole_graph(own):
 
 
 def test_fits_without_their_table_are_taken_for_what_they_are(own):
-    for table in ("flow_curve", "creep", "profiles"):
+    for table in ("flow_curve", "creep", "profiles", "structure"):
         (results_of(own) / f"{table}.nc").unlink()
     entities = graph(files_of(collected(own, partial=True), Credits()))
     assert "object" not in action_of(entities, "results/small/fits.nc")

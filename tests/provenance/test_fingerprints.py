@@ -69,6 +69,8 @@ TABLE = [
     ("gather", "analysis.observables.timescales"),
     ("draw", "analysis.comparable"),
     ("gather draw", "analysis.observables.velocity_fields"),
+    ("gather draw", "analysis.observables.contours"),
+    ("gather", "analysis.observables.structure"),
     ("gather fit draw coverage", "analysis.observables.seeds analysis.observables.tables"),
     ("gather draw tradeoff", "analysis.observables.series"),
     ("gather draw tradeoff coverage", "analysis.observables.correlation"),

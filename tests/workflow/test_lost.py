@@ -12,7 +12,7 @@ from softslip.provenance.product_labels import read_product
 
 pytestmark = pytest.mark.workflow
 
-TABLES = ("flow_curve", "creep", "profiles", "fits")
+TABLES = ("flow_curve", "creep", "profiles", "structure", "fits")
 FIGURES = ("fig3", "fig4", "fig5", "fig6", "fig8", "fig9")
 
 

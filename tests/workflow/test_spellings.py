@@ -116,7 +116,7 @@ def test_another_scenario_of_the_name_is_refused(folder: Path, place: str) -> No
 def test_tables_may_be_deleted_for_another_scenario_of_the_name(folder: Path) -> None:
     """As the refusal says."""
     other(folder, "elsewhere/tiny.yaml")
-    for table in ("flow_curve", "creep", "profiles"):
+    for table in ("flow_curve", "creep", "profiles", "structure"):
         (folder / "results" / "tiny" / f"{table}.nc").unlink()
     assert asked(folder, "elsewhere/tiny.yaml")[0] == 0
 

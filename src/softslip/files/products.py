@@ -114,6 +114,15 @@ DATASETS: Mapping[str, TableEntry] = {
             f"{_SCHEMAS}:PROFILES",
         ),
         TableEntry(
+            "structure",
+            "gather",
+            ("shear",),
+            "softslip.analysis.observables.structure:structure",
+            "Shapes of particles, films along walls, fluidity and lengths of correlation in dense "
+            "suspensions of soft particles in steady flow.",
+            f"{_SCHEMAS}:STRUCTURE",
+        ),
+        TableEntry(
             FITS,
             "fit",
             ("flow_curve",),
@@ -157,6 +166,9 @@ FIGURES: Mapping[str, FigureEntry] = {
         ),
         FigureEntry(
             "fig9", "figure", ("creep", "flow_curve"), f"{_FIGURES}.separations:finite_size"
+        ),
+        FigureEntry(
+            "structure", "figure", ("structure",), f"{_FIGURES}.structure_panels:structure_page"
         ),
         FigureEntry(SNAPSHOT, SNAPSHOT, ("shear",), f"{_FIGURES}.membranes:snapshot"),
         FigureEntry(

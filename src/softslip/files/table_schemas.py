@@ -122,6 +122,37 @@ PROFILES = Schema(
 )
 """Mean velocity profiles, from `analysis.observables.profiles`."""
 
+FROM_WALL = "distance_from_wall"
+
+
+def _profile(name: str, **others: Any) -> dict[str, Variable]:
+    """Return a variable with a value for each distance from the wall, and its error."""
+    common: dict[str, Any] = {"unknown": True, "swept": True}
+    return {
+        **of_quantity(name, FROM_WALL, **common, **others),
+        **of_quantity(f"{name}_error", FROM_WALL, least=0.0, **common),
+    }
+
+
+STRUCTURE = Schema(
+    {
+        **_RUNS,
+        **of_quantity(FROM_WALL, FROM_WALL, above=0.0, increasing=True),
+        **of_quantity("quantile", "quantile", above=0.0, increasing=True),
+        **_profile("deformation", least=0.0),
+        **_profile("orientation"),
+        **_profile("fluidity"),
+        **of_quantity("wall_film", "quantile", unknown=True, swept=True, least=0.0),
+        **of_quantity("wall_film_error", "quantile", unknown=True, swept=True, least=0.0),
+        **_with_error("correlation_length", least=0.0),
+        **_with_error("cooperativity_length", above=0.0),
+        **_mean("structure_snapshots", least=0.0, known_where=DONE),
+    },
+    sweep="status",
+    shared=_SHARED,
+)
+"""Structure between the walls, from `analysis.observables.structure`."""
+
 FLOW_PARAMETERS = ("yield_stress", "consistency", "flow_index")
 """Parameters of the flow law, in the order of its covariance."""
 

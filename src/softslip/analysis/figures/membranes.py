@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from softslip.analysis.figures.drawing import NARROW, WIDE, named, note, styled
 from softslip.analysis.figures.shown import Quantity, show
 from softslip.analysis.observables import non_affine_velocity, parameters_of
+from softslip.analysis.observables.contours import contours
 from softslip.config.parameters import Parameters
 from softslip.errors import DatasetError
 
@@ -90,7 +91,7 @@ def snapshot(
     size = (width, 0.85 * width * (top - bottom) / (right - left) + MARGINS)
     figure = Figure(figsize=size, layout="constrained")
     axes = figure.add_subplot()
-    particles, walls = _contours(run, snapshot)
+    particles, walls = contours(run, snapshot)
     at = _place(run, snapshot)
     _draw_particles(axes, particles, length, at)
     _draw_walls(axes, walls, length, height, depth)
@@ -159,15 +160,6 @@ def _keep_wall(
     x, y = contour.T
     inside = (x >= 0) & (x <= length)
     show(axes, "", name, _points(x[inside], y[inside]), at)
-
-
-def _contours(run: xr.Dataset, snapshot: int) -> tuple[list[FloatArray], list[FloatArray]]:
-    """Return the contour of each particle and of the lower and upper wall."""
-    nodes = run["node_position"].transpose("snapshot", "node", "axis").values[snapshot]
-    sizes = run["nodes_per_particle"].values.astype(int)
-    wall = int(run.attrs["wall_nodes"])
-    *particles, lower, upper = np.split(nodes, np.cumsum([*sizes, wall]))
-    return particles, [lower, upper]
 
 
 def _draw_particles(

@@ -1,0 +1,246 @@
+"""Structure beyond the paper's figures: shapes, films, fluidity and correlations of the flow.
+
+Each is a mean over the snapshots, or profiles, of the steady window, against the distance from the
+nearer wall: turning the channel by half a turn changes nothing.
+"""
+
+import numpy as np
+import xarray as xr
+from scipy.optimize import curve_fit
+
+from softslip.analysis.observables.contours import contours, film_thickness, shapes
+from softslip.analysis.observables.series import FloatArray, interval_means, parameters_of
+from softslip.analysis.observables.steady import steady_state
+from softslip.analysis.observables.tables import Runs, collect
+from softslip.analysis.observables.velocity_fields import non_affine_velocity
+from softslip.errors import DatasetError
+from softslip.files.quantities import described
+
+BIN = 0.5
+"""Width of a bin of distances from the wall [mean radius]."""
+
+QUANTILES = (0.1, 0.5, 0.9)
+"""Of the thickness of the film along a wall."""
+
+SOLVENT = 1.0
+"""Distance from the wall within which the fluidity is that of films, not of particles [mean
+radius]."""
+
+LEAST_BINS = 5
+"""Bins that a cooperativity length is fitted to, at least."""
+
+EVIDENCE = 9.2
+"""Least gain in chi-square over a constant fluidity: the two parameters more gain it by chance in
+one case of a hundred."""
+
+
+def structure(runs: Runs) -> xr.Dataset:
+    """Collect how particles and flow are arranged between the walls.
+
+    Returns
+    -------
+    xr.Dataset
+        Along ``distance_from_wall`` [mean radius], the middles of bins: ``deformation`` (of the
+        mean stretch, see `contours.shapes`), ``orientation`` (of its long axis to the flow),
+        ``fluidity`` (local shear rate over stress). Along ``quantile``: ``wall_film`` [range of
+        the repulsion]. One number a run: ``cooperativity_length``, ``correlation_length`` [mean
+        radius], ``structure_snapshots``. Each with ``_error``: the standard error over snapshots
+        or profiles, that of the fit for the cooperativity length. NaN where there is nothing.
+    """
+    pairs = [(labels, run) for labels, run in runs]
+    reach = [_half_height(run) for _, run in pairs if run is not None]
+    if not reach:
+        raise DatasetError(f"none of {len(pairs)} runs is done; run the shear stage first")
+    edges = np.arange(0.0, max(reach) + BIN, BIN)
+    return collect(pairs, lambda run: _structure_of(run, edges)).assign_attrs(title="Structure")
+
+
+def _half_height(run: xr.Dataset) -> float:
+    given = parameters_of(run)
+    return 0.5 * given.channel.height / given.suspension.mean_radius
+
+
+def _structure_of(run: xr.Dataset, edges: FloatArray) -> xr.Dataset:
+    """Return all that `structure` says of one run."""
+    given, start = parameters_of(run), float(steady_state(run)["steady_from"])
+    times = run["snapshot_time"].values if "snapshot_time" in run else np.empty(0)
+    chosen = [int(place) for place in np.flatnonzero(times >= start)]
+    stretch = _over([_stretch_profile(run, place, edges) for place in chosen], (len(edges) - 1, 2))
+    films = _over([_films(run, place) for place in chosen], (len(QUANTILES),))
+    bulk = chosen if given.recording.bulk_margin is not None else []
+    lengths = _over([np.array(_correlation_length(run, place)) for place in bulk], ())
+    fluidity = _over(_fluidity_profiles(run, edges, start), (len(edges) - 1,))
+    middles = 0.5 * (edges[1:] + edges[:-1])
+    cooperativity = cooperativity_length(middles, *fluidity)
+    (mean, error), along = stretch, ("distance_from_wall",)
+    size = np.hypot(mean[:, 0], mean[:, 1])
+    with np.errstate(invalid="ignore", divide="ignore"):
+        turn = np.degrees(
+            0.5 * np.hypot(mean[:, 1] * error[:, 0], mean[:, 0] * error[:, 1]) / size**2
+        )
+        spread = np.hypot(mean[:, 0] * error[:, 0], mean[:, 1] * error[:, 1]) / size
+    return described(
+        xr.Dataset(
+            {
+                "deformation": (along, size),
+                "deformation_error": (along, spread),
+                "orientation": (along, _angle(mean)),
+                "orientation_error": (along, turn),
+                "fluidity": (along, fluidity[0]),
+                "fluidity_error": (along, fluidity[1]),
+                "wall_film": (("quantile",), films[0]),
+                "wall_film_error": (("quantile",), films[1]),
+                "correlation_length": float(lengths[0]),
+                "correlation_length_error": float(lengths[1]),
+                "cooperativity_length": cooperativity[0],
+                "cooperativity_length_error": cooperativity[1],
+                "structure_snapshots": float(len(chosen)),
+            },
+            coords={"distance_from_wall": middles, "quantile": list(QUANTILES)},
+        )
+    )
+
+
+def _angle(stretch: FloatArray) -> FloatArray:
+    """Return angles of long axes to the flow, −45 to 135 degrees: shear turns them towards 45."""
+    angle = np.degrees(0.5 * np.arctan2(stretch[:, 1], stretch[:, 0]))
+    return np.asarray(np.where(angle < -45, angle + 180, angle))
+
+
+def _over(values: list[FloatArray], shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
+    """Return the mean over snapshots and its standard error; NaN counts as not there."""
+    if not values:
+        return np.full(shape, np.nan), np.full(shape, np.nan)
+    found = np.array(values)
+    count = np.isfinite(found).sum(axis=0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = np.nansum(found, axis=0) / np.where(count, count, np.nan)
+        square = np.nansum((found - mean) ** 2, axis=0)
+        error = np.sqrt(square / np.where(count > 1, count * (count - 1.0), np.nan))
+    return np.asarray(mean), np.asarray(error)
+
+
+def _bin_means(distance: FloatArray, values: FloatArray, edges: FloatArray) -> FloatArray:
+    """Return means over bins of distance, NaN where a bin is empty; values along the first axis."""
+    place = np.digitize(distance, edges) - 1
+    means = np.full((len(edges) - 1, *values.shape[1:]), np.nan)
+    for index in np.unique(place[(place >= 0) & (place < len(means))]):
+        means[index] = values[place == index].mean(axis=0)
+    return means
+
+
+def _stretch_profile(run: xr.Dataset, snapshot: int, edges: FloatArray) -> FloatArray:
+    """Return D (cos 2θ, sin 2θ) by the centroid's distance from the nearer wall, (bins, 2)."""
+    given = parameters_of(run)
+    particles, _ = contours(run, snapshot)
+    centroids, stretch = shapes(particles)
+    height = centroids[:, 1]
+    distance = np.minimum(height, given.channel.height - height) / given.suspension.mean_radius
+    return _bin_means(distance, stretch, edges)
+
+
+def _films(run: xr.Dataset, snapshot: int) -> FloatArray:
+    """Return quantiles of the thickness of both walls' films over the range of the repulsion."""
+    given = parameters_of(run)
+    particles, walls = contours(run, snapshot)
+    if not particles:
+        return np.full(len(QUANTILES), np.nan)
+    films = [film_thickness(wall, particles, given.channel.length) for wall in walls]
+    return np.asarray(np.quantile(np.concatenate(films), QUANTILES) / given.steric.length)
+
+
+def _correlation_length(run: xr.Dataset, snapshot: int) -> float:
+    """Return where the correlation along x of the velocity across the flow falls to 1/e.
+
+    In mean radii, over the bulk of the channel; NaN where it does not fall so far in half a
+    period, and where nothing moves.
+    """
+    given = parameters_of(run)
+    field = non_affine_velocity(run, snapshot)["non_affine_velocity"]
+    reach = float(given.recording.bulk_margin or 0.0) * given.suspension.mean_radius
+    height = run["field_y"].values
+    rows = (height > reach) & (height < given.channel.height - reach)
+    across = field.transpose("field_y", "field_x", "axis").values[rows, :, 1]
+    across = across - across.mean(axis=1, keepdims=True)
+    power = (np.abs(np.fft.rfft(across, axis=1)) ** 2).sum(axis=0)
+    correlation = np.fft.irfft(power, n=across.shape[1])[: across.shape[1] // 2 + 1]
+    if not correlation[0] > 0:
+        return float("nan")
+    correlation = correlation / correlation[0]
+    below = np.flatnonzero(correlation < np.exp(-1))
+    if not len(below):
+        return float("nan")
+    last = int(below[0])
+    share = (correlation[last - 1] - np.exp(-1)) / (correlation[last - 1] - correlation[last])
+    spacing = given.channel.length / across.shape[1]
+    return float((last - 1 + share) * spacing / given.suspension.mean_radius)
+
+
+def _fluidity_profiles(run: xr.Dataset, edges: FloatArray, start: float) -> list[FloatArray]:
+    """Return local shear rate over stress by distance from the nearer wall, one for a profile."""
+    given = parameters_of(run)
+    ends = np.asarray(run["profile_time"].values, dtype=np.float64)
+    starts = np.concatenate(([0.0], ends[:-1]))
+    known = starts >= start - 1e-9 * ends[-1]
+    height = np.asarray(run["wall_distance"].values, dtype=np.float64)
+    velocity = run["velocity_profile"].transpose("profile", "wall_distance").values
+    radius, found = given.suspension.mean_radius, list[FloatArray]()
+    for low, high, speeds in zip(starts[known], ends[known], velocity[known], strict=True):
+        stress = float(interval_means(run, "stress", np.array([low, high]))[0])
+        if stress == 0:
+            continue
+        rate = np.diff(speeds) / np.diff(height)
+        middle = 0.5 * (height[1:] + height[:-1])
+        distance = np.minimum(middle, given.channel.height - middle) / radius
+        found.append(_bin_means(distance, rate, edges) / stress)
+    return found
+
+
+def cooperativity_length(
+    distance: FloatArray, fluidity: FloatArray, error: FloatArray
+) -> tuple[float, float]:
+    """Fit the length over which a wall changes the fluidity (Goyon et al. 2008).
+
+    f(y) = f_b + (f_w − f_b) e^(−y/ξ), from one radius off the wall on, where particles flow and not
+    the film of solvent.
+
+    Parameters
+    ----------
+    distance, fluidity, error
+        Middles of the bins [mean radius], the fluidity there and its standard error, (bins,).
+
+    Returns
+    -------
+    tuple of float
+        ξ [mean radius] and its standard error; NaN where there are too few bins, or they do not
+        determine ξ: nothing speaks against a constant fluidity, its error is as large as itself, or
+        it is beyond the bins.
+    """
+    used = (distance > SOLVENT) & np.isfinite(fluidity) & (error > 0)
+    nothing = float("nan"), float("nan")
+    if used.sum() < LEAST_BINS:
+        return nothing
+    y, f, s = distance[used], fluidity[used], error[used]
+    scale = float(max(np.abs(f).max(), s.max()))
+
+    def law(y: FloatArray, bulk: float, wall: float, length: float) -> FloatArray:
+        return np.asarray(bulk + (wall - bulk) * np.exp(-y / length))
+
+    first, least = (f[-1] / scale, f[0] / scale, 1.0), (-np.inf, -np.inf, 0.1 * BIN)
+    try:
+        best, covariance = curve_fit(
+            law,
+            y,
+            f / scale,
+            p0=first,
+            sigma=s / scale,
+            absolute_sigma=True,
+            bounds=(least, np.inf),
+        )
+    except RuntimeError:
+        return nothing
+    length, width = float(best[2]), float(np.sqrt(covariance[2, 2]))
+    level = np.average(f, weights=s**-2)
+    gain = np.sum(((f - level) / s) ** 2) - np.sum(((f - scale * law(y, *best)) / s) ** 2)
+    determined = gain > EVIDENCE and BIN < length < y[-1] and width < length
+    return (length, width) if determined else nothing
