@@ -104,7 +104,7 @@ def datasets(aged, tmp_path_factory):
         "creep": creep(runs),
         "profiles": profiles(runs),
         "structure": structure(
-            sweep((0.1, 0.3), (0.0,), duration=600.0, snapshots=(450.0, 500.0, 550.0))
+            sweep((0.1, 0.3), ROUGHNESSES, duration=600.0, snapshots=(450.0, 500.0, 550.0))
         ),
         "fits": fit_laws(curve),
     }
