@@ -101,7 +101,7 @@ def test_tables_fits_and_figures_follow(results: Path) -> None:
     assert status == 0, said
     assert "too few" in said, f"two short runs give no law, but it says {said!r}"
     figures = {name: data for name, data, _ in drawings(load_scenario(str(scenario)), results)}
-    assert {"fig3", "fig4", "fig5", "fig6", "fig8", "fig9"} <= set(figures)
+    assert {"fig3", "fig4", "fig5", "fig6", "fig7", "fig8", "fig9"} <= set(figures)
     figures["snapshot"] = [next((results / "shear").glob("*.nc"))]
     for name, data in figures.items():
         status, said = call("draw", name, *data, "--output", results / f"{name}.png")

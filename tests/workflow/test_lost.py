@@ -13,7 +13,7 @@ from softslip.provenance.product_labels import read_product
 pytestmark = pytest.mark.workflow
 
 TABLES = ("flow_curve", "creep", "profiles", "structure", "fits")
-FIGURES = ("fig3", "fig4", "fig5", "fig6", "fig8", "fig9")
+FIGURES = ("fig3", "fig4", "fig5", "fig6", "fig7", "fig8", "fig9")
 
 
 def place(folder: Path, kind: str) -> Path:

@@ -106,6 +106,9 @@ FLUIDISED_LAYER = Reported(0.1, None, r"\Delta y", "length unit", "Fig. 4, Sec. 
 PROFILE_STRESS = Reported(0.15, None, r"\sigma", "stress unit", "Fig. 4")
 """Stress at which profiles of several roughnesses are compared."""
 
+MEAN_RADIUS = Reported(0.0085, None, "R", "length unit", "Sec. III")
+"""Mean radius of the particles, of which the bumps of the walls are a multiple: b = βR."""
+
 CONTACT_LENGTH = Reported(
     9 * REFERENCE_MESH_SIZE, None, r"\sigma_{LJ}", "length unit", "Table III, Fig. 7"
 )

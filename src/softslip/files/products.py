@@ -162,6 +162,9 @@ FIGURES: Mapping[str, FigureEntry] = {
         FigureEntry("fig5", "figure", ("flow_curve", FITS), f"{_FIGURES}.rheology:flow_curves"),
         FigureEntry("fig6", "figure", ("flow_curve", FITS), f"{_FIGURES}.slip_panels:slip"),
         FigureEntry(
+            "fig7", "figure", ("flow_curve", FITS), f"{_FIGURES}.slip_length_panels:lengths"
+        ),
+        FigureEntry(
             "fig8", "figure", ("creep", "flow_curve", FITS), f"{_FIGURES}.transient:transients"
         ),
         FigureEntry(

@@ -29,6 +29,9 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#0
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "p")
 """One marker for each roughness."""
 
+LETTERS_PER_INCH = 18
+"""Letters of the small lines below a figure for each inch of its width."""
+
 LINES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1, 1)), (0, (5, 1.5, 1, 1.5)), (0, (9, 2)))
 """One line style for each roughness."""
 
@@ -131,10 +134,16 @@ def grid_of_panels(
 
 
 def note(figure: Figure, *lines: str) -> None:
-    """Write small lines below a figure."""
-    said = [line for line in lines if line]
-    if said:
-        figure.supxlabel("; ".join(said), x=0.01, ha="left", fontsize=7.5, color="0.35")
+    """Write small lines below a figure; sentences are parted by semicolons, not within a line."""
+    sentences = [each for line in lines if line for each in line.split("; ")]
+    if not sentences:
+        return
+    width = int(LETTERS_PER_INCH * figure.get_figwidth())
+    filled = [sentences[0]]
+    for each in sentences[1:]:
+        joined = f"{filled[-1]}; {each}"
+        filled = [*filled[:-1], joined] if len(joined) <= width else [*filled, each]
+    figure.supxlabel("\n".join(filled), x=0.01, ha="left", fontsize=7.5, color="0.35")
 
 
 def save_figure(

@@ -44,6 +44,13 @@ def verdicts(cell: xr.Dataset, flag: str) -> NDArray[Any]:
     return found
 
 
+def worse(one: NDArray[Any], other: NDArray[Any]) -> NDArray[Any]:
+    """Return the worse one of two verdicts on each of some values."""
+    order = list(MEANINGS)
+    pairs = zip(one, other, strict=True)
+    return np.array([max(pair, key=order.index) for pair in pairs], dtype=object)
+
+
 def explained(table: xr.Dataset, *flags: str) -> str:
     """Say what the symbols mean that occur in a figure, unless all are alike steady."""
     done = (table["status"] == "done").values.ravel()

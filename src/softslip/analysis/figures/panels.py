@@ -14,6 +14,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from softslip.analysis.comparable import unlike
 from softslip.analysis.figures.drawing import COLOURS, MARKERS, named, note, sequence, symbol
 
 LARGEST, SHRINK, LEAST = 6.5, 0.88, 3.5
@@ -159,6 +160,28 @@ def share_limits(panels: Sequence[Axes]) -> None:
         for panel in full:
             panel.set_xlim(across[:, 0].min(), across[:, 1].max())
             panel.set_ylim(up[:, 0].min(), up[:, 1].max())
+
+
+def is_comparable(cell: xr.Dataset, family: Family) -> bool:
+    """Return whether any member of a family is of the paper's material."""
+    return any(not unlike(cell, {family.dim: value}) for value in family.values)
+
+
+def leave_empty(axes: Axes, reason: str) -> None:
+    """Say in the middle of a panel why nothing is drawn there."""
+    axes.set(xticks=[], yticks=[])
+    axes.minorticks_off()
+    axes.text(
+        0.5,
+        0.5,
+        reason,
+        transform=axes.transAxes,
+        ha="center",
+        va="center",
+        fontsize=8,
+        color="0.35",
+        wrap=True,
+    )
 
 
 def above(title: str, label: str) -> str:

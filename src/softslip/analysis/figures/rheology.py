@@ -10,7 +10,6 @@ from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
 from softslip.analysis import paper
-from softslip.analysis.comparable import unlike
 from softslip.analysis.figures.drawing import (
     WIDE,
     grid_of_panels,
@@ -26,6 +25,7 @@ from softslip.analysis.figures.panels import (
     above,
     facets,
     family_of,
+    is_comparable,
     legend_above,
     note_missing,
     selected,
@@ -78,7 +78,7 @@ def flow_curves(dataset: xr.Dataset, fits: xr.Dataset) -> Figure:
     arrows = 0
     for (title, chosen), axes in zip(rows, panels, strict=True):
         cell = table.sel(chosen)
-        comparable = _is_comparable(cell, family)
+        comparable = is_comparable(cell, family)
         for (name, (flag, label)), panel in zip(RATES.items(), axes, strict=True):
             arrows += _draw_curves(panel, cell, family, name, flag)
             panel.set_xlabel(f"{label} [1 / time unit]")
@@ -94,11 +94,6 @@ def flow_curves(dataset: xr.Dataset, fits: xr.Dataset) -> Figure:
     words = explained(table, *(flag for flag, _ in RATES.values()))
     note_missing(figure, dataset, words, left, known=known)
     return figure
-
-
-def _is_comparable(cell: xr.Dataset, family: Family) -> bool:
-    """Return whether any curve of a row is of the paper's material."""
-    return any(not unlike(cell, {family.dim: value}) for value in family.values)
 
 
 def _draw_curves(axes: Axes, cell: xr.Dataset, family: Family, name: str, flag: str) -> int:

@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from softslip.analysis import paper
-from softslip.analysis.comparable import unlike
 from softslip.analysis.figures.drawing import (
     WIDE,
     grid_of_panels,
@@ -26,6 +25,8 @@ from softslip.analysis.figures.panels import (
     above,
     facets,
     family_of,
+    is_comparable,
+    leave_empty,
     legend_above,
     note_missing,
     selected,
@@ -62,7 +63,7 @@ def slip(dataset: xr.Dataset, fits: xr.Dataset) -> Figure:
     fits
         Its `analysis.fits.fit_laws`.
     """
-    table = with_dimensions(mean_over_seeds(with_stress(dataset)), ROUGHNESS)
+    table = with_dimensions(with_stress(mean_over_seeds(dataset)), ROUGHNESS)
     family = family_of(table, *DRIVES)
     known = (*DRIVES, family.dim)
     rows = facets(table, *known)
@@ -85,7 +86,7 @@ def _draw_block(
     cell: xr.Dataset, laws: xr.Dataset, family: Family, panels: list[Axes]
 ) -> list[str]:
     """Draw the four panels of one combination; return what needs saying below the figure."""
-    comparable = not unlike(cell, {})
+    comparable = is_comparable(cell, family)
     slipping, zoomed, prefactor, uneven = panels
     _draw_slip(slipping, "a", cell, laws, family, range(len(family.values)))
     roughnesses = np.atleast_1d(cell[ROUGHNESS].values)
@@ -184,8 +185,7 @@ def _draw_prefactor(
     fitted = np.isfinite(values.values).ravel()
     if family.dim not in values.dims or not fitted.any():
         message = str(laws[f"{name}_message"].values.ravel()[0])
-        axes.text(0.5, 0.5, f"no fit: {message}", **_middle(axes))
-        axes.set(xticks=[], yticks=[])
+        leave_empty(axes, f"no fit: {message}")
         return ""
     places = np.asarray(family.values)[fitted]
     at = places if places.dtype.kind == "f" or places.dtype.kind == "i" else np.arange(len(places))
@@ -211,17 +211,6 @@ def _unit_of(cell: xr.Dataset, family: Family) -> str:
     return f"[{cell[family.dim].attrs.get('units', '1')}]"
 
 
-def _middle(axes: Axes) -> dict[str, Any]:
-    return {
-        "transform": axes.transAxes,
-        "ha": "center",
-        "va": "center",
-        "fontsize": 8,
-        "color": "0.35",
-        "wrap": True,
-    }
-
-
 def _draw_heterogeneity(axes: Axes, cell: xr.Dataset, family: Family, comparable: bool) -> str:
     """Draw the heterogeneity of the bulk flow against the stress."""
     axes.set(xscale="log", yscale="log")
@@ -242,8 +231,7 @@ def _draw_heterogeneity(axes: Axes, cell: xr.Dataset, family: Family, comparable
         show(axes, "d", "heterogeneity", along(line["heterogeneity"], known) | points, place(line))
     x, y = np.concatenate(every, axis=1)
     if not len(x):
-        axes.text(0.5, 0.5, "no snapshot in a steady window", **_middle(axes))
-        axes.set(xticks=[], yticks=[])
+        leave_empty(axes, "no snapshot in a steady window")
         return ""
     power = paper.HETEROGENEITY_EXPONENT
     if comparable:

@@ -10,7 +10,7 @@ from softslip.analysis import paper
 from softslip.analysis.comparable import unlike
 from softslip.analysis.figures.drawing import label_decades
 from softslip.analysis.figures.markers import STEADY, draw_points
-from softslip.analysis.figures.panels import Family
+from softslip.analysis.figures.panels import Family, is_comparable, leave_empty
 from softslip.analysis.figures.published import WORDS, guide, keep
 from softslip.analysis.figures.shown import Quantity, place, quantity, show
 from softslip.analysis.fits import FITTED
@@ -76,15 +76,14 @@ def draw_times(
         found += zip(excess[known].tolist(), time[known].tolist(), strict=True)
     if not found:
         reason = "none found" if np.isfinite(yield_stress) else r"$\sigma_y$ is not known"
-        axes.set(xticks=[], yticks=[])
-        axes.text(0.5, 0.5, reason, transform=axes.transAxes, ha="center", fontsize=8, color="0.35")
+        leave_empty(axes, reason)
         return
     x, y = np.array(found).T
     low, high = 0.6 * x.min(), 1.6 * x.max()
     axes.set_xlim(low, high)
     label_decades(axes.xaxis)
     power = paper.YIELDING_EXPONENT
-    if unlike(cell):
+    if not is_comparable(cell, family):
         keep(axes, panel, "exponent", power)
         return
     guide(axes, panel, x, y, power, rf"paper: power ${power.value:g}$")
