@@ -3,6 +3,7 @@ import pytest
 import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import stats
 
 from softslip.analysis.fits import (
     FITTED,
@@ -12,6 +13,7 @@ from softslip.analysis.fits import (
     herschel_bulkley,
     slip_law,
 )
+from softslip.analysis.fits.likelihood import CONFIDENCE
 from softslip.files.storage import read_dataset, write_dataset
 
 STRESSES = np.array([0.01, 0.05, 0.08, 0.1, 0.15, 0.2, 0.3, 0.5])
@@ -315,10 +317,13 @@ def test_powers_of_the_stress_are_found():
 
 
 def test_slip_is_halved_between_roughnesses():
+    coefficients = np.array([2.0, 1.6, 0.4, 0.0])
+    reach = 0.1 * stats.norm.ppf(0.5 * (1 + np.array(CONFIDENCE)))
+    ends = coefficients[:, None, None] + reach[:, None] * np.array([-1.0, 1.0])
     slip = xr.Dataset(
         {
-            "slip_coefficient": ("roughness", [2.0, 1.6, 0.4, 0.0]),
-            "slip_coefficient_error": ("roughness", [0.1, 0.1, 0.1, 0.1]),
+            "slip_coefficient": ("roughness", coefficients),
+            "slip_coefficient_interval": (("roughness", "confidence", "end"), ends),
             "slip_coefficient_message": ("roughness", [FITTED] * 4),
         },
         coords={"roughness": [0.0, 0.2, 0.4, 0.6]},
@@ -328,7 +333,18 @@ def test_slip_is_halved_between_roughnesses():
     assert found["critical_roughness_bracket"].values.tolist() == [0.2, 0.4]
     low, high = found["critical_roughness_interval"].values[0]
     assert 0.27 < low < 0.3 < high < 0.33
-    never = critical_roughness(slip.assign(slip_coefficient=("roughness", [2.0, 1.9, 1.8, 1.7])))
+    # Intervals of few samples, which are wider than their errors say, make a wider one.
+    wider = slip.assign(slip_coefficient_interval=slip["slip_coefficient_interval"] * 1.0)
+    wider["slip_coefficient_interval"][:, 1] += np.array([-0.3, 0.3])
+    few = critical_roughness(wider)["critical_roughness_interval"].values
+    known = found["critical_roughness_interval"].values
+    assert few[0].tolist() == known[0].tolist()
+    assert np.ptp(few[1]) > 1.5 * np.ptp(known[1])
+    smooth = np.array([2.0, 1.9, 1.8, 1.7])
+    ends = slip["slip_coefficient_interval"] + (smooth - coefficients)[:, None, None]
+    never = critical_roughness(
+        slip.assign(slip_coefficient=("roughness", smooth), slip_coefficient_interval=ends)
+    )
     assert "not halved" in str(never["critical_roughness_message"].item())
 
 

@@ -2,10 +2,11 @@
 
 import numpy as np
 import xarray as xr
+from scipy import stats
 
 from softslip.analysis.fits.likelihood import CONFIDENCE
 from softslip.analysis.fits.measured_points import FloatArray
-from softslip.analysis.fits.points import FITTED, Fit, laid_out, nothing
+from softslip.analysis.fits.points import FITTED, INTERVAL, Fit, laid_out, nothing
 from softslip.files.quantities import described
 
 HALF = 0.5
@@ -29,23 +30,41 @@ def _crossing(roughness: FloatArray, coefficients: FloatArray) -> float:
     return float(roughness[first] + share * (roughness[last] - roughness[first]))
 
 
-def _fit(roughness: FloatArray, coefficients: FloatArray, errors: FloatArray) -> Fit:
-    """Find β* with its intervals, by coefficients drawn from their errors."""
-    known = np.isfinite(coefficients) & np.isfinite(errors)
+def _drawn_crossings(
+    roughness: FloatArray, coefficients: FloatArray, ends: FloatArray, confidence: float
+) -> FloatArray:
+    """Return β* of random coefficients, which are normal but as wide as their own intervals.
+
+    Each half is as wide as that half of the interval of this confidence, so that errors which are
+    known from few samples count by Student's quantile.
+    """
+    random = np.random.default_rng(np.random.SeedSequence((len(coefficients), DRAWS)))
+    normal = random.standard_normal((DRAWS, len(coefficients)))
+    below, above = np.abs(ends.T - coefficients) / stats.norm.ppf(0.5 * (1 + confidence))
+    draws = coefficients + normal * np.where(normal > 0, above, below)
+    return np.array([_crossing(roughness, each) for each in draws])
+
+
+def _fit(roughness: FloatArray, coefficients: FloatArray, ends: FloatArray) -> Fit:
+    """Find β* with its intervals, by coefficients drawn from theirs: shape (β, confidence, 2)."""
+    known = np.isfinite(coefficients) & np.isfinite(ends).all(axis=(1, 2))
     count = int(known.sum())
     if count < 2:
         return nothing(1, count, f"too few slip coefficients: {count} of at least 2")
-    at, mean, error = roughness[known], coefficients[known], errors[known]
-    random = np.random.default_rng(np.random.SeedSequence((count, DRAWS)))
-    draws = mean + error * random.standard_normal((DRAWS, count))
-    crossings = np.array([_crossing(at, each) for each in draws])
-    missing = float(np.mean(np.isnan(crossings)))
+    at, mean = roughness[known], coefficients[known]
+    crossings = [
+        _drawn_crossings(at, mean, ends[known, number], each)
+        for number, each in enumerate(CONFIDENCE)
+    ]
     value = _crossing(at, mean)
-    if not np.isfinite(value) or missing > 1 - CONFIDENCE[-1]:
+    if not np.isfinite(value) or np.mean(np.isnan(crossings[-1])) > 1 - CONFIDENCE[-1]:
         return nothing(1, count, "the slip coefficient is not halved within the roughnesses")
-    ends = [np.nanquantile(crossings, [0.5 * (1 - c), 0.5 * (1 + c)]) for c in CONFIDENCE]
-    variance = np.array([[float(np.nanvar(crossings))]])
-    return Fit(np.array([value]), variance, np.array([ends]), float("nan"), count, FITTED)
+    found = [
+        np.nanquantile(drawn, [0.5 * (1 - c), 0.5 * (1 + c)])
+        for drawn, c in zip(crossings, CONFIDENCE, strict=True)
+    ]
+    variance = np.array([[float(np.nanvar(crossings[0]))]])
+    return Fit(np.array([value]), variance, np.array([found]), float("nan"), count, FITTED)
 
 
 def critical_roughness(slip: xr.Dataset) -> xr.Dataset:
@@ -53,7 +72,7 @@ def critical_roughness(slip: xr.Dataset) -> xr.Dataset:
 
     Between roughnesses ν is taken as linear, so that β* is known no better than these lie apart:
     ``critical_roughness_bracket`` are the two that enclose it. Intervals are those of β* with
-    coefficients drawn from their errors.
+    coefficients drawn from their intervals.
 
     Parameters
     ----------
@@ -68,19 +87,20 @@ def critical_roughness(slip: xr.Dataset) -> xr.Dataset:
     """
     known = slip["slip_coefficient_message"] == FITTED
     coefficient = slip["slip_coefficient"].where(known)
-    error = slip["slip_coefficient_error"].where(known)
+    interval = slip["slip_coefficient_interval"]
     if "roughness" not in coefficient.dims:
-        coefficient, error = (each.expand_dims("roughness") for each in (coefficient, error))
+        coefficient, interval = (each.expand_dims("roughness") for each in (coefficient, interval))
         coefficient = coefficient.assign_coords(roughness=[np.nan])
     ordered = coefficient.sortby("roughness")
-    errors = error.sortby("roughness") if "roughness" in error.coords else error
+    intervals = interval.assign_coords(roughness=coefficient["roughness"]).sortby("roughness")
     dims = tuple(str(dim) for dim in ordered.dims if dim != "roughness")
     roughness = ordered["roughness"].values.astype(np.float64)
     fits, brackets = {}, []
     for place in np.ndindex(*(ordered.sizes[dim] for dim in dims)):
         at = dict(zip(dims, place, strict=True))
-        values, doubts = ordered.isel(at).values, errors.isel(at).values
-        fits[place] = _fit(roughness, values, doubts)
+        values = ordered.isel(at).values
+        ends = intervals.isel(at).transpose("roughness", *INTERVAL).values
+        fits[place] = _fit(roughness, values, ends)
         brackets.append(_bracket(roughness, values, fits[place]))
     result = laid_out(ordered.to_dataset(name="nu"), dims, fits, (NAME,), f"{NAME}_")
     shape = tuple(ordered.sizes[dim] for dim in dims)

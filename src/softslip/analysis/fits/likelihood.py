@@ -27,6 +27,9 @@ DOUBLINGS = 12
 PRECISION = 1e-2
 """Precision of the end of an interval, relative to its distance from the estimate."""
 
+DIFFERENCE = 1e-3
+"""Step of a difference quotient, over the standard error of its parameter."""
+
 Deviations = Callable[[FloatArray], FloatArray]
 """From parameters to the deviations of points from a law, over their errors, shape (points,)."""
 
@@ -151,6 +154,42 @@ def quality(problem: Problem, found: Optimum) -> Quality:
     return Quality(found.deviance / mean, float(chance))
 
 
+def _freedom_along(problem: Problem, found: Optimum, direction: FloatArray) -> float:
+    """Return the degrees of freedom of the error of a combination of parameters.
+
+    Each point adds a share to its variance; the shares' freedoms go together as by F. E.
+    Satterthwaite (*Biometrics Bull.* 2, 110, 1946).
+    """
+    if not np.isfinite(found.covariance).all():
+        return MOST_FREEDOM
+    steps = DIFFERENCE * np.sqrt(np.diag(found.covariance))
+    with np.errstate(all="ignore"):
+        slopes = [
+            (problem.deviations(found.values + step) - problem.deviations(found.values - step)) / 2
+            for step in np.diag(steps)
+        ]
+        weights = found.covariance @ direction / steps
+        powers = (weights @ np.array(slopes)) ** 2
+        total = float(powers.sum())
+    if not (np.isfinite(total) and total > 0):
+        return MOST_FREEDOM
+    freedom = np.minimum(problem.freedom, MOST_FREEDOM)
+    return float(1 / np.sum((powers / total) ** 2 / freedom))
+
+
+def _height(problem: Problem, found: Optimum, direction: FloatArray, confidence: float) -> float:
+    """Return by how much the deviance at the ends of an interval exceeds the least.
+
+    It is the squared quantile of Student's distribution with the degrees of freedom of all errors
+    together; but where few points determine the combination, what makes the interval of one such
+    point Student's with its own degrees of freedom.
+    """
+    quantile = 0.5 * (1 + confidence)
+    own = _freedom_along(problem, found, direction)
+    alone = (own + 1) * np.log1p(stats.t.ppf(quantile, own) ** 2 / own)
+    return float(max(stats.t.ppf(quantile, problem.common) ** 2, alone))
+
+
 def profile_interval(
     problem: Problem, found: Optimum, direction: FloatArray, confidence: float, widening: float
 ) -> tuple[float, float]:
@@ -158,8 +197,8 @@ def profile_interval(
 
     Its ends are where the least deviance at that value of the combination, over all other
     parameters, exceeds the least of all by the quantile of χ² of one degree of freedom (S. S.
-    Wilks, *Ann. Math. Stat.* 9, 60, 1938), or of F where errors are not exactly known. An end that
-    is not found within thousands of errors is infinite: the points do not tell.
+    Wilks, *Ann. Math. Stat.* 9, 60, 1938), or more where errors are not exactly known (`_height`).
+    An end that is not found within thousands of errors is infinite: the points do not tell.
 
     Parameters
     ----------
@@ -172,7 +211,7 @@ def profile_interval(
     widening
         Factor on the quantile, see `Quality`.
     """
-    height = float(stats.t.ppf(0.5 * (1 + confidence), problem.common)) ** 2 * widening
+    height = _height(problem, found, direction, confidence) * widening
     known = bool(np.isfinite(found.covariance).all())
     step = float(np.sqrt(height * (direction @ found.covariance @ direction))) if known else 1.0
     at = float(direction @ found.values)

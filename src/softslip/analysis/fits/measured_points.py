@@ -72,8 +72,9 @@ def moderated(points: Points) -> Points:
     stress. They scatter about it by
     their own few degrees of freedom d, and by as much as errors truly differ, as a scaled inverse
     χ² of d₀ degrees of freedom. The squared error of each point is then (d₀ s₀² + d s²)/(d₀ + d),
-    with d₀ + d degrees of freedom (G. K. Smyth, *Stat. Appl. Genet. Mol. Biol.* 3, 3, 2004). Errors
-    that are well known stay as they are.
+    with d₀ + d degrees of freedom (G. K. Smyth, *Stat. Appl. Genet. Mol. Biol.* 3, 3, 2004), but no
+    more than d/h, by which the curve is known there: h is the leverage of the point on it, 1 where
+    the curve goes through the point. Errors that are well known stay as they are.
 
     Parameters
     ----------
@@ -86,13 +87,16 @@ def moderated(points: Points) -> Points:
     logarithm = np.log(points.error**2) - special.digamma(freedom / 2) + np.log(freedom / 2)
     degree = min(MOST_DEGREE, len(np.unique(points.stress)) // 3)
     at = np.log(points.stress / points.stress.max())
-    curve = np.polynomial.Polynomial.fit(at, logarithm, degree)(at)
+    basis, _ = np.linalg.qr(np.vander(at, degree + 1))
+    curve = basis @ (basis.T @ logarithm)
     scatter = float(np.sum((logarithm - curve) ** 2)) / (points.count - 1 - degree)
     prior = _freedom_of(scatter - float(np.mean(special.polygamma(1, freedom / 2))))
     typical = np.exp(curve + special.digamma(prior / 2) - np.log(prior / 2))
     total = prior + freedom
     error = np.sqrt((prior * typical + freedom * points.error**2) / total)
-    known = np.maximum(np.minimum(total, freedom.sum()), freedom)
+    # A curve that follows a point, as at its ends, tells little more than the point's own error.
+    leverage = np.sum(basis**2, axis=1)
+    known = np.maximum(np.minimum(total, freedom.mean() / leverage), freedom)
     # As many of the degrees of freedom as the curve leaves.
     left = points.common * (points.count - degree) / points.count
     common = left if prior == LARGEST_FREEDOM else points.common
