@@ -166,6 +166,17 @@ def test_yielding_time_is_that_of_the_least_bulk_rate(stress):
     assert off < max(2 * error, 0.1 * exact), f"{off:.2f} off {exact:.2f}, with error {error:.2f}"
 
 
+def test_times_are_told_with_their_sensitivity_to_smoothing():
+    run = shear_run(0.3, duration=600.0, noise=0.05)
+    for name, function in (("yielding_time", yielding_time), ("slip_time", slip_time)):
+        found = function(run)
+        time, change = float(found[name]), float(found[f"{name}_smoothing"])
+        assert found[f"{name}_smoothing"].attrs["units"] == "time unit"
+        assert 0 < change < 0.5 * time, f"{name} {time:.3g} changes by {change:.3g}"
+    never = yielding_time(shear_run(0.05, 0.59, 1, duration=600.0))
+    assert math.isnan(float(never["yielding_time_smoothing"]))
+
+
 @pytest.mark.parametrize("seed", range(8))
 def test_creep_has_no_yielding_time(seed):
     found = yielding_time(shear_run(0.05, 0.59, seed, duration=600.0))

@@ -394,7 +394,10 @@ def test_what_was_measured_is_known_and_what_was_not_may_be_unknown(datasets, st
 
 def test_infinite_means_are_refused(datasets):
     for stage, infinite in (
-        ("flow_curve", ("_drift", "drift", "_drift_error", "total_slip_length_error")),
+        (
+            "flow_curve",
+            ("_drift", "drift", "_drift_error", "total_slip_length_error", "_smoothing"),
+        ),
         ("fits", ("_error", "covariance", "_interval", "_evidence")),
     ):
         for name in read_names(datasets[stage], stage):

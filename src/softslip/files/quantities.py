@@ -142,6 +142,7 @@ _DERIVED: Mapping[str, tuple[str, str]] = {
     "_drift": ("1", "relative change over the window: "),
     "_freedom": ("1", "degrees of freedom of the uncertainty of: "),
     "_error": ("", "uncertainty of: "),
+    "_smoothing": ("", "change with half or twice the smoothing of: "),
     "_interval": ("", "interval of confidence of: "),
     "_bracket": ("", "neighbours among the values swept that enclose: "),
     "_reduced_chi_square": ("1", "squared deviation over its error, by freedom: "),

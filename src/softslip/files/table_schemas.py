@@ -78,8 +78,11 @@ FLOW_CURVE = Schema(
         **_mean("drift", infinite=True),
         **_with_freedom("shear_stress", known_where=DONE),
         **_with_error("yielding_time", above=0.0),
+        # Infinite where the time is found with one smoothing only.
+        **_mean("yielding_time_smoothing", least=0.0, infinite=True),
         **_flag("yielded"),
         **_with_error("slip_time", above=0.0),
+        **_mean("slip_time_smoothing", least=0.0, infinite=True),
         **_with_freedom("heterogeneity", least=0.0),
         **_with_freedom("newtonian_slip_length"),
         # Its error is infinite where the bulk rate is within two errors of 0.

@@ -23,7 +23,7 @@ LEAST_SEEDS = 3
 LIKELY_DRIFT = 0.5
 """Share of samples that drift each by itself beyond which their condition drifts."""
 
-ENDINGS = ("_error", "_freedom", "_drift", "_drift_error")
+ENDINGS = ("_error", "_freedom", "_drift", "_drift_error", "_smoothing")
 """Ends of the names of what belongs to a mean and is not averaged by itself."""
 
 

@@ -91,13 +91,22 @@ def interval_means(run: xr.Dataset, name: str, edges: FloatArray) -> FloatArray:
     return np.asarray(means.reshape((len(edges) - 1, *values.shape[1:])))
 
 
-def smooth_in_log_time(run: xr.Dataset, name: str) -> tuple[FloatArray, FloatArray, FloatArray]:
+def smooth_in_log_time(
+    run: xr.Dataset, name: str, width: float = SMOOTHING_WIDTH
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Smooth a series with a Gaussian window in the logarithm of time.
 
     Each record weighs as much as its share of the logarithmic time axis. The standard error of
     the smoothed value comes from the scatter of the records about it within the window, enlarged
     for the correlation between neighbouring records (at lag one) and for the one degree of freedom
     that the smoothed value itself takes up.
+
+    Parameters
+    ----------
+    run, name
+        Whose series.
+    width
+        Standard deviation of the window [decades].
 
     Returns
     -------
@@ -112,7 +121,7 @@ def smooth_in_log_time(run: xr.Dataset, name: str) -> tuple[FloatArray, FloatArr
     time = 0.5 * (edges[1:] + edges[:-1])
     values = np.asarray(run[name].values, dtype=np.float64)
     distance = np.log10(time)[:, None] - np.log10(time)[None, :]
-    weight = np.exp(-0.5 * (distance / SMOOTHING_WIDTH) ** 2) * (np.diff(edges) / time)[None, :]
+    weight = np.exp(-0.5 * (distance / width) ** 2) * (np.diff(edges) / time)[None, :]
     weight /= weight.sum(axis=1, keepdims=True)
     smooth = weight @ values
     residual = values - smooth

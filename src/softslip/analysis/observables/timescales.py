@@ -1,14 +1,34 @@
 """When the bulk yields and when slip sets in (Sec. IV C)."""
 
+from collections.abc import Callable
+
 import numpy as np
 import xarray as xr
 
-from softslip.analysis.observables.series import FloatArray, smooth_in_log_time
+from softslip.analysis.observables.series import (
+    SMOOTHING_WIDTH,
+    FloatArray,
+    smooth_in_log_time,
+)
 from softslip.analysis.observables.steady import steady_state
 from softslip.files.quantities import described
 
 RECOVERY = 2.0
 """Standard errors by which a series must exceed its minimum on both sides of it."""
+
+OTHER_WIDTHS = (0.5 * SMOOTHING_WIDTH, 2.0 * SMOOTHING_WIDTH)
+"""Widths of the window by which the sensitivity of a time to smoothing is found [decades]."""
+
+
+def _sensitivity(time: float, found: Callable[[float], tuple[float, float]]) -> float:
+    """Return by how much a time changes at most with half or twice the smoothing [time unit].
+
+    Infinite where there is no such time with another smoothing, NaN where there is none at all.
+    """
+    if not np.isfinite(time):
+        return float("nan")
+    changes = [abs(found(width)[0] - time) for width in OTHER_WIDTHS]
+    return float("inf") if np.isnan(changes).any() else float(max(changes))
 
 
 def yielding_time(run: xr.Dataset) -> xr.Dataset:
@@ -23,26 +43,36 @@ def yielding_time(run: xr.Dataset) -> xr.Dataset:
     Returns
     -------
     xr.Dataset
-        Scalars ``yielding_time``, ``yielding_time_error`` [time unit] and the flag ``yielded``.
+        Scalars ``yielding_time``, ``yielding_time_error`` and ``yielding_time_smoothing`` (by how
+        much half or twice the smoothing changes it; infinite where it is found with one only)
+        [time unit], and the flag ``yielded``.
     """
-    time = error = float("nan")
-    if "shear_rate_bulk" in run:
-        times, smooth, noise = smooth_in_log_time(run, "shear_rate_bulk")
-        lowest = int(np.argmin(smooth))
-        enough = smooth[lowest] + RECOVERY * noise[lowest]
-        if smooth[:lowest].max(initial=-np.inf) > enough < smooth[lowest:].max():
-            time = float(times[lowest])
-            near = smooth <= smooth[lowest] + noise[lowest]
-            error = _extent(times, near, lowest, float(run["interval"][lowest]))
+
+    def found(width: float) -> tuple[float, float]:
+        return _least(run, width) if "shear_rate_bulk" in run else (np.nan, np.nan)
+
+    time, error = found(SMOOTHING_WIDTH)
     return described(
         xr.Dataset(
             {
                 "yielding_time": time,
                 "yielding_time_error": error,
+                "yielding_time_smoothing": _sensitivity(time, found),
                 "yielded": bool(np.isfinite(time)),
             }
         )
     )
+
+
+def _least(run: xr.Dataset, width: float) -> tuple[float, float]:
+    """Return the time of the least bulk rate and its uncertainty [time unit]; NaN if none."""
+    times, smooth, noise = smooth_in_log_time(run, "shear_rate_bulk", width)
+    lowest = int(np.argmin(smooth))
+    enough = smooth[lowest] + RECOVERY * noise[lowest]
+    if not smooth[:lowest].max(initial=-np.inf) > enough < smooth[lowest:].max():
+        return float("nan"), float("nan")
+    near = smooth <= smooth[lowest] + noise[lowest]
+    return float(times[lowest]), _extent(times, near, lowest, float(run["interval"][lowest]))
 
 
 def _extent(times: FloatArray, near: np.ndarray, middle: int, interval: float) -> float:
@@ -66,22 +96,38 @@ def slip_time(run: xr.Dataset) -> xr.Dataset:
     Returns
     -------
     xr.Dataset
-        Scalars ``slip_time`` and ``slip_time_error`` [time unit].
+        Scalars ``slip_time``, ``slip_time_error`` and ``slip_time_smoothing`` (as that of the
+        yielding time) [time unit].
     """
-    time = error = float("nan")
     steady = steady_state(run)
-    if bool(steady["steady_slip"]) and float(steady["slip_velocity"]) > 0:
-        half = 0.5 * float(steady["slip_velocity"])
-        times, smooth, noise = smooth_in_log_time(run, "slip_velocity")
-        time = _first_rise(times, smooth, half)
-        if np.isfinite(time):
-            at = int(np.searchsorted(times, time).clip(max=len(times) - 1))
-            margin = float(np.hypot(noise[at], 0.5 * float(steady["slip_velocity_error"])))
-            early = _first_rise(times, smooth, half - margin)
-            late = _first_rise(times, smooth, half + margin)
-            reach = np.nanmax([time - early, late - time, 0.5 * float(run["interval"][at])])
-            error = float(reach)
-    return described(xr.Dataset({"slip_time": time, "slip_time_error": error}))
+
+    def found(width: float) -> tuple[float, float]:
+        if bool(steady["steady_slip"]) and float(steady["slip_velocity"]) > 0:
+            return _half_risen(run, steady, width)
+        return float("nan"), float("nan")
+
+    time, error = found(SMOOTHING_WIDTH)
+    told = {
+        "slip_time": time,
+        "slip_time_error": error,
+        "slip_time_smoothing": _sensitivity(time, found),
+    }
+    return described(xr.Dataset(told))
+
+
+def _half_risen(run: xr.Dataset, steady: xr.Dataset, width: float) -> tuple[float, float]:
+    """Return when slip has risen to half, and the uncertainty of that [time unit]; NaN if never."""
+    half = 0.5 * float(steady["slip_velocity"])
+    times, smooth, noise = smooth_in_log_time(run, "slip_velocity", width)
+    time = _first_rise(times, smooth, half)
+    if not np.isfinite(time):
+        return float("nan"), float("nan")
+    at = int(np.searchsorted(times, time).clip(max=len(times) - 1))
+    margin = float(np.hypot(noise[at], 0.5 * float(steady["slip_velocity_error"])))
+    early = _first_rise(times, smooth, half - margin)
+    late = _first_rise(times, smooth, half + margin)
+    reach = np.nanmax([time - early, late - time, 0.5 * float(run["interval"][at])])
+    return time, float(reach)
 
 
 def _first_rise(times: FloatArray, values: FloatArray, level: float) -> float:
