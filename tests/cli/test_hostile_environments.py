@@ -50,6 +50,7 @@ WORDS: Mapping[str, str] = {
     "shear": "shear small {shear} --parent {ageing_file} --output out/shear.nc",
     "gather": "gather flow_curve small --output out/flow_curve.nc",
     "fit": "fit results/small/flow_curve.nc --output out/fits.nc",
+    "compare": "compare results/small --output out/comparison.nc",
     "draw": "draw fig4 results/small/profiles.nc --output out/fig4.png",
     "runs": "runs small",
     "schema": "schema",
@@ -81,6 +82,7 @@ WRITTEN = {
     "shear": FILE,
     "gather": "results/small/flow_curve.nc",
     "fit": "results/small/fits.nc",
+    "compare": "results/small/comparison.nc",
     "draw": "results/small/figures/fig4.png",
 }
 """What was made in a clean environment by those that write results."""

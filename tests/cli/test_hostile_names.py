@@ -172,6 +172,7 @@ def test_a_description_is_shown_as_it_stands(folder: Path, words: str) -> None:
 READERS = {
     "expansion": lambda name: ("expansion", "tiny", identity("expansion"), "--parent", name),
     "fit": lambda name: ("fit", "--", name),
+    "compare": lambda name: ("compare", "--", name),
     "draw": lambda name: ("draw", "fig4", "--", name),
 }
 """Commands that read a dataset, without their output."""

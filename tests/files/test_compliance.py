@@ -21,6 +21,7 @@ from ruamel.yaml import YAML
 from studies_small import SMALL_MAP
 from synthetic import sweep as runs_of
 
+from softslip.analysis.against_paper import against_paper
 from softslip.analysis.fits import fit_laws
 from softslip.analysis.observables.structure import structure
 from softslip.analysis.observables.tables import creep, flow_curve, profiles
@@ -135,6 +136,7 @@ def tables():
         "profiles": profiles(few),
         "structure": structure(few),
         "fits": fit_laws(curve),
+        "comparison": against_paper(curve, fit_laws(curve)),
     }
 
 

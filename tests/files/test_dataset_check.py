@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from synthetic import shear_run, sweep
 
+from softslip.analysis.against_paper import COMPARED, against_paper
 from softslip.analysis.fits import fit_laws
 from softslip.analysis.observables.structure import structure
 from softslip.analysis.observables.tables import creep, flow_curve, profiles
@@ -22,7 +23,7 @@ from softslip.simulation.expansion import expand
 from softslip.simulation.packing import pack
 
 STAGES = ("packing", "expansion", "ageing", "shear")
-TABLES = ("flow_curve", "creep", "profiles", "structure", "fits")
+TABLES = ("flow_curve", "creep", "profiles", "structure", "fits", "comparison")
 
 UNKNOWN = {
     "packing": set(),
@@ -31,6 +32,11 @@ UNKNOWN = {
     "shear": {"film_thickness"},
     "creep": {"shear_rate_wall", "shear_rate_bulk", "slip_velocity"},
     "profiles": {"normalised_velocity", "normalised_velocity_error"},
+    "comparison": {
+        f"{name}{end}"
+        for name in COMPARED
+        for end in ("", "_error", "_reported_error", "_difference")
+    },
 }
 """Variables whose values may be NaN, of the stages that say no other way what is known."""
 
@@ -107,6 +113,7 @@ def datasets(aged, tmp_path_factory):
             sweep((0.1, 0.3), ROUGHNESSES, duration=600.0, snapshots=(450.0, 500.0, 550.0))
         ),
         "fits": fit_laws(curve),
+        "comparison": against_paper(curve, fit_laws(curve)),
     }
     folder = tmp_path_factory.mktemp("schema")
     for stage, dataset in found.items():
@@ -527,7 +534,7 @@ def test_other_words_are_refused(datasets, stage, name, words):
     assert_refused(damaged, stage, name)
 
 
-@pytest.mark.parametrize("stage", TABLES)
+@pytest.mark.parametrize("stage", TABLES[:-1])  # The comparison is of all roughnesses together.
 def test_a_swept_value_that_is_twice_there_or_none_is_refused(datasets, stage):
     dataset = datasets[stage]
     for value, part in ((dataset["roughness"].values[1], "twice"), (np.nan, "not a number")):

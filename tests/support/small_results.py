@@ -68,6 +68,7 @@ def made() -> Path:
         _make("gather", table, source, "--results", results, "--output", results / f"{table}.nc")
     curve, fits = results / "flow_curve.nc", results / "fits.nc"
     _make("fit", curve, "--output", fits)
+    _make("compare", curve, fits, "--output", results / "comparison.nc")
     for name, data, picture in drawings(load_scenario(str(source)), results):
         _make("draw", name, *data, "--output", picture)
     return folder

@@ -39,9 +39,9 @@ def jobs(folder: Path, *words: str) -> dict[str, int]:
 def test_stresses_share_packing_expansion_and_ageing(copy: Path) -> None:
     found = jobs(copy)
     stages = {stage: found[stage] for stage in ("packing", "expansion", "ageing", "shear")}
-    assert stages == {"packing": 2, "expansion": 2, "ageing": 2, "shear": 12}
+    assert stages == {"packing": 2, "expansion": 2, "ageing": 2, "shear": 16}
     assert found["figure"] == 7
-    assert found["snapshot"] == 12
+    assert found["snapshot"] == 16
 
 
 TOY = '''

@@ -49,3 +49,25 @@ rule fit:
         "Fitting flow and slip laws"
     shell:
         "softslip fit {input:q} --output {output:q} &> {log:q}"
+
+
+# The table in Markdown is a log, so that only datasets and figures decide what is to be done.
+rule compare:
+    input:
+        f"{RESULTS}/flow_curve.nc",
+        f"{RESULTS}/fits.nc",
+    output:
+        f"{RESULTS}/comparison.nc",
+    log:
+        table=f"{RESULTS}/comparison.md",
+        errors=f"{RESULTS}/logs/comparison.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/comparison.tsv"
+    conda:
+        f"../{ENVIRONMENT}"
+    params:
+        fingerprint=fingerprint("compare"),
+    message:
+        "Comparing with the paper"
+    shell:
+        "softslip compare {input:q} --output {output:q} > {log.table:q} 2> {log.errors:q}"

@@ -91,6 +91,9 @@ CRITICAL_ROUGHNESS_ABOVE = Reported(0.35, None, r"\beta^*", "1", "Sec. IV B, of 
 LEAST_SEPARATION = Reported(0.3, None, "H", "length unit", "Fig. 9c, Appendix A")
 """Wall separation above which neither the bulk nor the slip velocity depends on it."""
 
+SEPARATION_EFFECT = Reported(0.0, None, r"\Delta_H", "1", "Fig. 9c, Appendix A")
+"""Relative change of the bulk shear rate between wall separations from that one on."""
+
 FULL_SEPARATION = Reported(0.44, None, "H", "length unit", "Sec. III, Fig. 9")
 """Wall separation of all other figures, to which Eq. A1 is pinned."""
 

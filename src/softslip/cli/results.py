@@ -1,5 +1,6 @@
 """From the files of runs to tables, fits and figures; what is in a scenario."""
 
+import json
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,9 +17,12 @@ from softslip.cli.naming import ResultsName, file_named, scenario_of
 from softslip.config.reference import write_references
 from softslip.config.scenario import Scenario, load_scenario
 from softslip.config.stages import STAGES
-from softslip.files.products import FITS, TABLES
+from softslip.errors import ConfigError
+from softslip.files.layout import DATASET
+from softslip.files.products import COMPARISON, DATASETS, FITS, TABLES
 from softslip.files.storage import read_dataset, write_dataset
-from softslip.provenance.attribution import Job
+from softslip.messages import brief
+from softslip.provenance.attribution import Job, parents_of
 from softslip.provenance.fingerprints import fingerprint
 from softslip.provenance.scenario_file import NOTED, noted_file, refuse_other_file
 
@@ -82,6 +86,39 @@ def fit(
     run = curve.attrs["run"]
     write_dataset(laws, output, stage=FITS, run=run, title=f"{FITS} of {run}")
     print(fits.summary(laws))
+
+
+@app.command()
+@one_line_errors
+def compare(
+    data: Annotated[
+        list[Path],
+        typer.Argument(help="Flow curve and fits, or their folder, or a scenario.", readable=False),
+    ],
+    output: Output,
+) -> None:
+    """Hold a scenario's yield stress, exponents and times against the paper's, as a table."""
+    from softslip.analysis.against_paper import against_paper
+    from softslip.analysis.comparison_markdown import comparison_table
+
+    parents = DATASETS[COMPARISON].parents
+    paths = data
+    if len(data) == 1:
+        paths = [file_named(data[0], f"{parent}{DATASET}") for parent in parents]
+    if len(paths) != len(parents):
+        limit = "are not a flow curve and its fits"
+        raise ConfigError("data", f"{len(data)} files", limit, f"give {' and '.join(parents)}")
+    read = [read_dataset(path, stage=each) for path, each in zip(paths, parents, strict=True)]
+    if json.loads(read[1].attrs.get("parents", "[]")) != parents_of(read[:1]):
+        limit, remedy = "were not fitted to that flow curve", f"run: softslip fit {paths[0]}"
+        raise ConfigError("fits", brief(str(paths[1])), limit, remedy)
+    run = read[0].attrs["run"]
+    compared = against_paper(*read).assign_attrs(
+        parameters=read[0].attrs.get("parameters", "{}"),
+        **Job().labels(read, fingerprint=fingerprint("compare")),
+    )
+    write_dataset(compared, output, stage=COMPARISON, run=run, title=f"{COMPARISON} of {run}")
+    print(comparison_table(compared.assign_attrs(run=run)), end="")
 
 
 @app.command()

@@ -16,6 +16,9 @@ ANY_MORE = "..."
 FITS = "fits"
 """Stage of the laws fitted to the flow curve."""
 
+COMPARISON = "comparison"
+"""Stage of what is held against the paper."""
+
 SNAPSHOT = "snapshot"
 """Figure of one run, and its rule."""
 
@@ -130,6 +133,16 @@ DATASETS: Mapping[str, TableEntry] = {
             "Parameters of the Herschel-Bulkley law and of laws of wall slip, with standard "
             "errors, fitted to steady flow of dense suspensions of soft particles.",
             f"{_SCHEMAS}:FITS",
+            "fits to averages of simulations",
+        ),
+        TableEntry(
+            COMPARISON,
+            "compare",
+            ("flow_curve", FITS),
+            "softslip.analysis.against_paper:against_paper",
+            "Yield stress, exponents and times of dense suspensions of soft particles beside those "
+            "of the paper, with the differences in standard errors.",
+            f"{_SCHEMAS}:COMPARISON",
             "fits to averages of simulations",
         ),
     )

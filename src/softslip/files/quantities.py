@@ -122,6 +122,7 @@ QUANTITIES: Mapping[str, DatasetQuantity] = {
         ("heterogeneity_exponent", "1", "exponent of the heterogeneity in the stress"),
         ("yielding_exponent", "1", "exponent of the yielding time in the stress above yield"),
         ("slip_time_exponent", "1", "exponent of the slip time in the stress above yield"),
+        ("separation_effect", "1", "relative change of the bulk shear rate with wall separation"),
         ("confidence", "1", "confidence of an interval"),
         ("end", "", "end of an interval"),
         ("reduced_chi_square", "1", "squared deviation over its error, by freedom"),
@@ -140,6 +141,10 @@ POOLED = "pooled_"
 _DERIVED: Mapping[str, tuple[str, str]] = {
     "_drift_error": ("1", "uncertainty of the relative change over the window: "),
     "_drift": ("1", "relative change over the window: "),
+    "_reported_error": ("", "uncertainty of the paper's: "),
+    "_reported": ("", "the paper's: "),
+    "_difference": ("1", "ours less the paper's, over the standard errors: "),
+    "_remark": ("1", "why there is no number or no difference: "),
     "_freedom": ("1", "degrees of freedom of the uncertainty of: "),
     "_error": ("", "uncertainty of: "),
     "_smoothing": ("", "change with half or twice the smoothing of: "),

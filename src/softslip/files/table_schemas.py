@@ -249,3 +249,39 @@ FITS = Schema(
     shared=_SHARED,
 )
 """Laws and their errors, from `analysis.fits`."""
+
+COMPARED = {
+    **dict.fromkeys(("yield_stress", "flow_index", "slip_exponent", "critical_roughness"), ()),
+    **dict.fromkeys(("heterogeneity_exponent", "newtonian_slip_length"), ()),
+    **dict.fromkeys(("yielding_exponent", "yielding_time"), ()),
+    "separation_effect": ("height",),
+}
+"""Numbers of the paper, and the dimensions that each is about."""
+
+
+def _compared(name: str, pooled: tuple[str, ...]) -> dict[str, Variable]:
+    """Return the variables of one number beside the paper's."""
+    common: dict[str, Any] = {"swept": True, "pooled": pooled}
+    return {
+        **of_quantity(name, unknown=True, **common),
+        **of_quantity(f"{name}_error", unknown=True, least=0.0, **common),
+        **of_quantity(f"{name}_reported", **common),
+        **of_quantity(f"{name}_reported_error", unknown=True, least=0.0, **common),
+        **of_quantity(f"{name}_difference", unknown=True, **common),
+        **of_quantity(f"{name}_remark", kind="word", **common),
+    }
+
+
+COMPARISON = Schema(
+    {
+        **of_quantity("runs_done", kind="count", least=0.0, swept=True),
+        **{
+            key: variable
+            for name, pooled in COMPARED.items()
+            for key, variable in _compared(name, pooled).items()
+        },
+    },
+    sweep="runs_done",
+    shared=_SHARED,
+)
+"""Numbers beside the paper's, from `analysis.against_paper`."""

@@ -46,6 +46,7 @@ ENTRIES: Mapping[str, tuple[str, ...]] = {
     "shear": ("softslip.simulation.hydrodynamics.shear",),
     "gather": ("softslip.analysis.observables", *_functions(TABLES)),
     "fit": ("softslip.analysis.fits",),
+    "compare": ("softslip.analysis.against_paper.against_paper",),
     "draw": ("softslip.analysis.figures", *_functions(FIGURES)),
     "bench": ("softslip.studies.bench",),
     "validation": ("softslip.studies.validation", "softslip.studies.validation.sweeps.sweep"),

@@ -20,6 +20,7 @@ from small_results import attribute, call, edit, edited_json, redigest, results
 from softslip.analysis.figures.drawing import save_figure
 from softslip.config.scenario import load_scenario
 from softslip.errors import DatasetError
+from softslip.files.expected_results import run_shown
 from softslip.files.products import DATASETS, FIGURES, figures_of
 from softslip.files.seals import check_seal, seal
 from softslip.files.storage import digests, read_dataset, write_dataset
@@ -61,6 +62,13 @@ def only(results: Path, pattern: str) -> Path:
 def drawn_from(*stages: str) -> tuple[str, ...]:
     """Return the figures of a scenario that are drawn from any of some datasets."""
     return tuple(name for name in figures_of("figure") if set(FIGURES[name].parents) & set(stages))
+
+
+def drawn_of(run: str) -> list[str]:
+    """Return the figures of the scenario that show one run, where it is this one."""
+    scenario = load_scenario(str(small_results.made() / "small.yaml"))
+    samples = (FIGURES[name] for name in figures_of("figure") if FIGURES[name].sample)
+    return [entry.name for entry in samples if run_shown(entry, scenario) == run]
 
 
 @pytest.fixture
@@ -526,6 +534,7 @@ def test_a_forged_last_figure_does_not_come_out_again(results: Path) -> None:
 
 def test_forged_last_fits_do_not_come_out_again(results: Path) -> None:
     path = results / "fits.nc"
+    (results / "comparison.nc").unlink()
     for name in drawn_from("fits"):
         (results / "figures" / f"{name}.png").unlink()
     with netCDF4.Dataset(path, "a") as dataset:
@@ -566,7 +575,8 @@ def test_only_sound_products_of_sound_parents_are_made_again(results: Path) -> N
     path.write_bytes(path.read_bytes()[:-1])
     named = {each.name for each in possible_reruns(verified(results))}
     other = sorted(results.glob("shear/*.nc"))[1].stem
-    kept = {f"shear/{other}.nc", f"figures/snapshots/{other}.png", "fits.nc"}
+    kept = {f"shear/{other}.nc", f"figures/snapshots/{other}.png", "fits.nc", "comparison.nc"}
+    kept |= {f"figures/{name}.png" for name in drawn_of(other)}
     drawn = {f"figures/{name}.png" for name in drawn_from(*DATASETS)}
     chain = {each for each in named if each.startswith(("packing", "expansion", "ageing"))}
     assert named == kept | drawn | chain

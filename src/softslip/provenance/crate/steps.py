@@ -46,6 +46,7 @@ STEPS: Mapping[str, WorkflowStep] = dict(
         _step("shear", "Shears an aged packing", takes_scenario=True),
         _step("gather", "Gathers the runs of the scenario into a table", takes_scenario=True),
         _step("fit", "Fits flow and slip laws to the flow curve"),
+        _step("compare", "Holds the results against the paper's numbers"),
         _step("figure", "Draws a figure from tables", "draw"),
         _step("snapshot", "Draws the particles of a run", "draw"),
     )

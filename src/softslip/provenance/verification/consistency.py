@@ -18,7 +18,7 @@ from softslip.config.scenario import Scenario
 from softslip.config.stages import STAGES, stage_ids, stage_paths
 from softslip.files.expected_results import expected_results
 from softslip.files.layout import DATASET, FIGURE
-from softslip.files.products import DATASETS, FITS, TABLES, shows_one_run
+from softslip.files.products import DATASETS, TABLES, shows_one_run
 from softslip.messages import brief, file_text
 from softslip.provenance.archive import Archive, usual_place
 from softslip.provenance.attribution import UNKNOWN
@@ -98,7 +98,7 @@ class Consistency:
             yield from self._identity(product)
         elif product.stage in TABLES:
             yield from self._table(product)
-        elif product.stage in (FITS, FIGURE):
+        elif product.stage in (*DATASETS, FIGURE):
             yield from self._derived(product)
         for parent in product.parents:
             yield from self._parent(product, parent)

@@ -18,7 +18,7 @@ import numpy as np
 from softslip.config.scenario import FOLDER as SCENARIOS
 from softslip.errors import CheckpointError, DatasetError
 from softslip.files.layout import CHECKPOINTS, FIGURE
-from softslip.files.products import FITS, TABLES
+from softslip.files.products import DATASETS, TABLES
 from softslip.messages import enumerated, file_text
 from softslip.provenance.archive import Archive
 from softslip.provenance.fingerprints import fingerprint
@@ -234,8 +234,8 @@ def _command(rerun: Rerun, scenario: Path, results: Path, work: Path, output: Pa
         for parent in parents:
             (linked / "shear" / Path(parent).name).symlink_to(parent)
         return ["gather", product.stage, str(scenario), "--results", str(linked), *end]
-    if product.stage == FITS:
-        return ["fit", *parents, *end]
+    if product.stage in DATASETS:
+        return [DATASETS[product.stage].rule, *parents, *end]
     if product.stage == FIGURE:
         return ["draw", product.title, *parents, *end]
     words = [product.stage, str(scenario), product.run, *end]

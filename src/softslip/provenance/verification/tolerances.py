@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from softslip.files.products import FITS, TABLES
+from softslip.files.products import COMPARISON, FITS, TABLES
 
 EARLY_STRAIN = 0.5
 """Strain up to which two runs stay together: differences of rounding grew about tenfold for each
@@ -85,6 +85,7 @@ TOLERANCES: Mapping[str, tuple[Tolerance, Mapping[str, Tolerance]]] = {
     ),
     **dict.fromkeys(TABLES, (SUMS, {})),
     FITS: (FITTED, {}),
+    COMPARISON: (FITTED, {}),
 }
 """For each stage the tolerance of its quantities, and those that have one of their own."""
 
