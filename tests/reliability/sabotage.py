@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import xarray as xr
-from matplotlib.figure import Figure
 
 from softslip.errors import CheckpointError, DatasetError
 from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST, read_dataset
@@ -87,11 +86,10 @@ BOUNDARIES = {
     "write_bytes": (Path, "write_bytes"),
     "write_text": (Path, "write_text"),
     "to_netcdf": (xr.Dataset, "to_netcdf"),
-    "savefig": (Figure, "savefig"),
 }
 """Where a file begins, grows, is made to last, gets its name or goes."""
 
-WRITERS = ("write_bytes", "write_text", "to_netcdf", "savefig")
+WRITERS = ("write_bytes", "write_text", "to_netcdf")
 
 
 def at_boundaries(log: str | None = None, number: int = -1, when: str = "before") -> None:
@@ -108,7 +106,7 @@ def at_boundaries(log: str | None = None, number: int = -1, when: str = "before"
     """
     count = 0
     pristine = os.open
-    told = pristine(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND) if log else None
+    calls = pristine(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND) if log else None
 
     def wrap(name: str, original: Callable[..., Any]) -> Callable[..., Any]:
         def wrapped(*args: Any, **others: Any) -> Any:
@@ -126,9 +124,9 @@ def at_boundaries(log: str | None = None, number: int = -1, when: str = "before"
             try:
                 return original(*args, **others)
             finally:
-                if told is not None:
+                if calls is not None:
                     size = written_by(name, args)
-                    os.write(told, f"{json.dumps([name, size])}\n".encode())
+                    os.write(calls, f"{json.dumps([name, size])}\n".encode())
                 if place == number:
                     os.kill(os.getpid(), signal.SIGKILL)
 

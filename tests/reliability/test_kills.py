@@ -33,12 +33,12 @@ class Steps:
     def look(self, said: str) -> None:
         """Compare where a child began with where the one before died."""
         lines = self.path.read_text().splitlines() if self.path.exists() else []
-        told = [(float(moment), int(step)) for moment, step in map(str.split, lines)]
+        steps = [(float(moment), int(step)) for moment, step in map(str.split, lines)]
         self.path.unlink(missing_ok=True)
-        if told and self.latest:
-            self.check(told[0][1], "resuming from" in said)
+        if steps and self.latest:
+            self.check(steps[0][1], "resuming from" in said)
         # A child that died before its first step has lost nothing that was there before.
-        self.latest = told or self.latest
+        self.latest = steps or self.latest
 
     def check(self, first: int, resumed: bool) -> None:
         """Allow one interval, and the step in which it ended, to be repeated."""
