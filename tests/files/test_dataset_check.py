@@ -16,7 +16,9 @@ from softslip.analysis.observables.structure import structure
 from softslip.analysis.observables.tables import creep, flow_curve, profiles
 from softslip.errors import DatasetError
 from softslip.files.dataset_check import SCHEMAS, check_dataset
+from softslip.files.faults import _value_faults
 from softslip.files.quantities import dataset_quantity
+from softslip.files.schema import Variable
 from softslip.files.storage import read_dataset, write_dataset
 from softslip.simulation import hydrodynamics
 from softslip.simulation.expansion import expand
@@ -565,3 +567,14 @@ def test_names_and_units_of_any_signs_are_shown_in_one_short_line(datasets):
 def test_a_stage_without_a_schema_is_a_mistake_of_the_caller(datasets):
     with pytest.raises(KeyError):
         check_dataset(datasets["packing"], "baking")
+
+
+def test_a_variable_that_may_be_infinite_may_be_so_either_way():
+    """An interval without a lower end, of a quantity without a bound."""
+    may = Variable(("end",), "1", infinite=True)
+    ends = np.array([-np.inf, np.inf])
+    assert not list(_value_faults("interval", ends, may))
+    positive = Variable(("end",), "1", infinite=True, above=0.0)
+    assert "above 0" in next(_value_faults("interval", ends, positive))
+    finite = Variable(("end",), "1")
+    assert "finite" in next(_value_faults("interval", ends, finite))

@@ -163,7 +163,8 @@ def _value_faults(name: Hashable, values: NDArray[Any], expected: Variable) -> I
     if not expected.infinite:
         yield from _first(name, values, np.isinf(numbers), "finite")
     yield from _first(name, values, numbers < expected.least, f"at least {expected.least:g}")
-    yield from _first(name, values, numbers <= expected.above, f"above {expected.above:g}")
+    if expected.above > -np.inf:
+        yield from _first(name, values, numbers <= expected.above, f"above {expected.above:g}")
     if expected.increasing:
         falls = np.append(False, np.diff(numbers) <= 0)
         yield from _first(name, values, falls, "above the value before it")
