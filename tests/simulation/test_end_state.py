@@ -16,6 +16,7 @@ from softslip.simulation.checkpoint_generations import Checkpoints
 from softslip.simulation.checkpointer import Checkpointer
 from softslip.simulation.end_state import EndState
 from softslip.simulation.interruption import Interruption
+from softslip.simulation.record import interval_edges
 
 STEPPERS = {
     "euler": {"integrator": "euler", "step": 0.002},
@@ -54,6 +55,15 @@ def run(folder, aged, given):
     return hydrodynamics.shear(
         aged, given, checkpointer=Checkpointer(checkpoints, Interruption())
     ), said
+
+
+def test_runs_of_round_length_end_with_a_whole_record_by_default():
+    given = scenes.parameters()
+    step, recording = given.time_stepping.step, given.recording
+    longest = round(recording.longest_interval / step)
+    for end in (50.0, 300.0, 1000.0, 3000.0):
+        edges = interval_edges(round(end / step), recording.samples_per_decade, longest)
+        assert edges[-1] == round(end / step)
 
 
 @pytest.mark.parametrize("stepper", STEPPERS)

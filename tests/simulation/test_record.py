@@ -27,6 +27,16 @@ def test_interval_ends_do_not_depend_on_how_long_the_stage_is(steps, more, per_d
     assert edges.tolist() == longer[longer <= steps].tolist()
 
 
+@given(st.integers(1, 60), st.integers(1, 500), st.integers(1, 40))
+def test_ends_at_multiples_of_the_longest_interval_end_a_record(per_decade, longest, count):
+    """Once intervals have grown to it; a run of round length can then be prolonged."""
+    edges = interval_edges(count * longest, per_decade, longest)
+    full = np.flatnonzero(np.diff(edges) == longest)
+    if len(full):
+        assert not np.any(edges[full[0] :] % longest)
+        assert edges[-1] == count * longest
+
+
 @given(st.integers(1, 60))
 def test_intervals_grow_geometrically_until_the_longest(per_decade):
     edges = interval_edges(10**6, per_decade, 10**6)

@@ -133,6 +133,10 @@ def _intervals(end: float, per_decade: int, longest: float, step: float) -> Piec
     while place < steps and (width := max(math.ceil(place * growth) - place, 1)) < most:
         widths.append(min(width, steps - place))
         place += widths[-1]
+    # From there on records end at multiples of the longest.
+    if place < steps:
+        widths.append(min((place // most + 1) * most, steps) - place)
+        place += widths[-1]
     rest = (steps - place) / most
     return step * np.array([*widths, most]), np.array([1.0] * len(widths) + [rest])
 

@@ -18,14 +18,14 @@ def interval_edges(steps: int, per_decade: int, longest: int) -> IntArray:
     """Return the steps at which record intervals end, from 0 on: those up to ``steps``.
 
     The ends grow geometrically, ``per_decade`` to a decade, until intervals reach ``longest``
-    steps, and are equally spaced from there on. They do not depend on ``steps``, so that a longer
-    run records the same.
+    steps, and are its multiples from there on. They do not depend on ``steps``, so that a longer
+    run records the same, and one that ends at a multiple of ``longest`` ends with a whole record.
     """
     edges, end = list[int](), 0
     while end <= steps:
         edges.append(end)
-        geometric = int(np.ceil(end * 10 ** (1 / per_decade)))
-        end += min(max(geometric - end, 1), longest)
+        width = max(int(np.ceil(end * 10 ** (1 / per_decade))) - end, 1)
+        end = end + width if width < longest else (end // longest + 1) * longest
     return np.array(edges, dtype=np.int64)
 
 
