@@ -35,7 +35,7 @@ def with_results(chain: Chain, folder: Path, stage: str) -> dict[Path, bytes]:
         slow = {"slow_down": {"seconds": 0.1}}
         every = ("--checkpoint-interval", 0)
         # Killed between the two renames, or before the second checkpoint, it leaves only one.
-        for attempt in range(1, 6):
+        for attempt in range(1, 11):
             after = chain.seconds[stage] + 0.4 * attempt
             chain.run(folder, stage, *every, after=after, sabotage=slow)
             if len(list(folder.rglob(f"*{SUFFIX}"))) == 2:

@@ -39,9 +39,9 @@ def jobs(folder: Path, *words: str) -> dict[str, int]:
 def test_stresses_share_packing_expansion_and_ageing(copy: Path) -> None:
     found = jobs(copy)
     stages = {stage: found[stage] for stage in ("packing", "expansion", "ageing", "shear")}
-    assert stages == {"packing": 2, "expansion": 2, "ageing": 2, "shear": 16}
-    assert found["figure"] == 7
-    assert found["snapshot"] == 16
+    assert stages == {"packing": 2, "expansion": 2, "ageing": 2, "shear": 20}
+    assert found["figure"] == 9
+    assert found["snapshot"] == 20
 
 
 TOY = '''
@@ -99,7 +99,7 @@ def longer_list(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("longer_list")
 def test_rules_make_a_table_and_a_figure_that_the_list_of_products_adds(copy: Path) -> None:
     found = jobs(copy)
-    assert (found["gather"], found["figure"]) == (4, 8)
+    assert (found["gather"], found["figure"]) == (5, 10)
     shown = snakemake(copy, "--dry-run", "results/demo/figures/toy_figure.png").stdout
     needed = re.search(r"toy_figure.png; Input files updated by another job: (.*)", shown)
     assert needed is not None, shown

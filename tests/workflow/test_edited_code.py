@@ -8,7 +8,7 @@ import pytest
 from tiny import snakemake
 
 import softslip
-from softslip.files.products import FIGURES, FITS, figures_of
+from softslip.files.products import FIGURES, FITS, TABLES, figures_of
 
 pytestmark = pytest.mark.workflow
 
@@ -22,7 +22,8 @@ REMARK = "\n    # A remark.\n"
 DRAWN = len(figures_of("figure"))
 FROM_FITS = sum(FITS in FIGURES[name].parents for name in figures_of("figure"))
 
-AFTER_SHEAR = {"shear": 1, "gather": 3, "fit": 1, "figure": DRAWN, "snapshot": 1}
+AFTER_TABLES = {"gather": len(TABLES), "fit": 1, "compare": 1, "figure": DRAWN, "snapshot": 1}
+AFTER_SHEAR = {"shear": 1, **AFTER_TABLES}
 AFTER_EXPANSION = {"expansion": 1, "ageing": 1, **AFTER_SHEAR}
 
 EDITS = [
@@ -36,14 +37,14 @@ EDITS = [
     pytest.param(
         "analysis/observables/steady.py",
         EDIT,
-        {"gather": 3, "fit": 1, "figure": DRAWN, "snapshot": 1},
+        AFTER_TABLES,
         marks=pytest.mark.slow,
     ),
     pytest.param(
         "analysis/fits/slip.py",
         EDIT,
         # Of the figures only those that are drawn from the fit.
-        {"fit": 1, "figure": FROM_FITS},
+        {"fit": 1, "compare": 1, "figure": FROM_FITS},
         marks=pytest.mark.slow,
     ),
     # The wording of what a scenario is refused with, and what its parameters mean.
