@@ -67,7 +67,7 @@ TABLE = [
     (FLOWING, "solver.health solver.step_limits solver.suspension solver.transfer"),
     (f"ageing shear {STARTED}", "simulation.hydrodynamics simulation.observer"),
     (f"ageing shear {STARTED}", "solver.mobility.profile"),
-    ("shear tradeoff", "simulation.arrays simulation.precision simulation.record"),
+    ("shear tradeoff", "simulation.arrays simulation.known_mean simulation.record"),
     ("gather", "analysis.observables.timescales"),
     ("compare draw", "analysis.comparable analysis.paper"),
     ("compare", "analysis.against_paper"),

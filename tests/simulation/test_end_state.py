@@ -10,7 +10,7 @@ from checkpoints import state
 
 from softslip.config.stages import stage_parameters, trajectory_id
 from softslip.files.storage import CONTENT_DIGEST, digests
-from softslip.simulation import hydrodynamics, precision
+from softslip.simulation import hydrodynamics, known_mean
 from softslip.simulation.checkpoint import Header, Identity, read_header
 from softslip.simulation.checkpoint_generations import Checkpoints
 from softslip.simulation.checkpointer import Checkpointer
@@ -166,7 +166,7 @@ def test_the_file_of_the_longest_run_stays(tmp_path):
 
 def test_a_run_ends_by_its_error_and_can_be_prolonged(tmp_path, aged, monkeypatch):
     # So short a run is still yielding, and knows nothing.
-    for module in (precision, hydrodynamics):
+    for module in (known_mean, hydrodynamics):
         monkeypatch.setattr(module, "relative_error", lambda edges, means: 0.5)
     recording = {"longest_interval": 0.002, "profile_interval": 0.05}
     given = {
@@ -185,7 +185,7 @@ def test_a_run_ends_by_its_error_and_can_be_prolonged(tmp_path, aged, monkeypatc
     assert short.attrs["ended_by"] == "error"
     assert short.attrs["relative_error"] == 0.5
     end = float(short["time"][-1])
-    assert end == precision.look_times(np.append(0.0, whole["time"]))[1] < 0.8
+    assert end == known_mean.look_times(np.append(0.0, whole["time"]))[1] < 0.8
     assert float(short["profile_time"][-1]) == end
     assert np.array_equal(short["stress"], whole["stress"].sel(time=short["time"]))
     longer, said = run(tmp_path, aged, given[None])

@@ -27,7 +27,7 @@ LEAST_VALUES = 2
 
 
 @dataclass(frozen=True)
-class Measured:
+class FoundNumber:
     """Our value of one of the paper's numbers, and why there is none where it is NaN."""
 
     value: float
@@ -35,7 +35,7 @@ class Measured:
     remark: str = ""
 
 
-Measurement = Callable[[xr.Dataset, xr.Dataset], Measured]
+Measurement = Callable[[xr.Dataset, xr.Dataset], FoundNumber]
 """Takes the averages over seeds and the fits of one cell."""
 
 
@@ -58,19 +58,19 @@ class ComparedNumber:
     pooled: tuple[str, ...] = ()
 
 
-def _none(remark: str) -> Measured:
-    return Measured(np.nan, np.nan, remark)
+def _none(remark: str) -> FoundNumber:
+    return FoundNumber(np.nan, np.nan, remark)
 
 
 def _fitted(name: str, message: str) -> Measurement:
     """Return what takes a fitted parameter, at the smoothest wall where it depends on that."""
 
-    def taken(curve: xr.Dataset, fits: xr.Dataset) -> Measured:
+    def taken(curve: xr.Dataset, fits: xr.Dataset) -> FoundNumber:
         here = _at_smoothest(fits)
         said = str(here[message].item())
         if said != FITTED:
             return _none(said)
-        return Measured(float(here[name]), float(here[f"{name}_error"]))
+        return FoundNumber(float(here[name]), float(here[f"{name}_error"]))
 
     return taken
 
@@ -85,7 +85,7 @@ def _at_smoothest(dataset: xr.Dataset) -> xr.Dataset:
     return dataset.isel(roughness=int(np.argmin(dataset["roughness"].values)))
 
 
-def _mean(values: xr.DataArray, errors: xr.DataArray, remark: str) -> Measured:
+def _mean(values: xr.DataArray, errors: xr.DataArray, remark: str) -> FoundNumber:
     """Return the mean of values weighted by their errors; its error counts how they scatter."""
     known = np.isfinite(values.values) & np.isfinite(errors.values) & (errors.values > 0)
     if not known.any():
@@ -96,10 +96,10 @@ def _mean(values: xr.DataArray, errors: xr.DataArray, remark: str) -> Measured:
     if len(found) >= LEAST_VALUES:
         scatter = float((weights * (found - mean) ** 2).sum()) / (len(found) - 1)
         error *= max(1.0, scatter) ** 0.5
-    return Measured(mean, error)
+    return FoundNumber(mean, error)
 
 
-def _newtonian_length(curve: xr.Dataset, fits: xr.Dataset) -> Measured:
+def _newtonian_length(curve: xr.Dataset, fits: xr.Dataset) -> FoundNumber:
     """Return the thickness of the film of solvent at smooth walls, over all stresses."""
     smoothest = _at_smoothest(curve)
     roughness = smoothest.coords.get("roughness")
@@ -110,7 +110,7 @@ def _newtonian_length(curve: xr.Dataset, fits: xr.Dataset) -> Measured:
     return _mean(length, smoothest["newtonian_slip_length_error"], remark)
 
 
-def _yielding_sample(curve: xr.Dataset, fits: xr.Dataset) -> Measured:
+def _yielding_sample(curve: xr.Dataset, fits: xr.Dataset) -> FoundNumber:
     """Return the yielding time at the stress and roughness of the paper's sample."""
     sample = paper.YIELDING_SAMPLE
     for name, wanted in (("stress", sample.stress), ("roughness", sample.roughness or 0.0)):
@@ -124,10 +124,10 @@ def _yielding_sample(curve: xr.Dataset, fits: xr.Dataset) -> Measured:
     if "imposed_shear_rate" in curve.dims:
         return _none("no run at an imposed stress")
     value, error = float(curve["yielding_time"]), float(curve["yielding_time_error"])
-    return Measured(value, error) if np.isfinite(value) else _none("did not yield")
+    return FoundNumber(value, error) if np.isfinite(value) else _none("did not yield")
 
 
-def _separation_effect(curve: xr.Dataset, fits: xr.Dataset) -> Measured:
+def _separation_effect(curve: xr.Dataset, fits: xr.Dataset) -> FoundNumber:
     """Return by how much the bulk rate differs between the least and the largest separation."""
     if HEIGHT not in curve.dims:
         return _none("one wall separation only")
@@ -236,7 +236,7 @@ def _variables(
 
 def _cell(
     number: ComparedNumber, averaged: xr.Dataset, fits: xr.Dataset, at: Mapping[str, int]
-) -> tuple[Measured, float]:
+) -> tuple[FoundNumber, float]:
     """Return ours in one cell, and its difference from the paper's."""
     curve = averaged.isel(at)
     laws = fits.isel({dim: place for dim, place in at.items() if dim in fits.dims})
@@ -244,10 +244,10 @@ def _cell(
     if not np.isfinite(ours.value):
         return ours, np.nan
     if not 0 < ours.error < np.inf:
-        return Measured(ours.value, np.nan, "its error is not known"), np.nan
+        return FoundNumber(ours.value, np.nan, "its error is not known"), np.nan
     departures = unlike(curve.assign_attrs(averaged.attrs))
     if departures:
         other = ", ".join(f"{label} {value}" for label, value in departures)
-        return Measured(ours.value, ours.error, f"{other} is not the paper's"), np.nan
+        return FoundNumber(ours.value, ours.error, f"{other} is not the paper's"), np.nan
     error = float(np.hypot(ours.error, number.reported.uncertainty or 0.0))
     return ours, (ours.value - number.reported.value) / error

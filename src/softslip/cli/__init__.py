@@ -36,7 +36,8 @@ COMMANDS: Mapping[str, Mapping[str, str]] = {
     "results": {
         "gather": "Gather the finished runs of a scenario into one dataset.",
         "fit": "Fit the flow law and the slip laws to a flow curve, and say which could be fitted.",
-        "compare": "Hold a scenario's yield stress, exponents and times against the paper's, as a table.",
+        "compare": "Hold a scenario's yield stress, exponents and times against the paper's, as a "
+        "table.",
         "runs": "List the runs of a scenario with the IDs of their stages; finished ones are "
         "ticked.",
         "schema": "Write config/schema.json, config/defaults.yaml and the table in "

@@ -10,8 +10,8 @@ import xarray as xr
 from softslip.config.parameters import Parameters
 from softslip.files.quantities import described
 from softslip.simulation.assembly import assemble, layout_of, mean_flow
+from softslip.simulation.known_mean import is_known, look_times, relative_error
 from softslip.simulation.observer import Observer
-from softslip.simulation.precision import is_known, look_times, relative_error
 from softslip.simulation.record import Recorder
 from softslip.simulation.trajectory import Advanced, Callbacks, Effort, Progress, advance, ignore
 from softslip.solver.geometry import FloatArray, Layout

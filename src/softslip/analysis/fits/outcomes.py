@@ -22,7 +22,7 @@ from softslip.analysis.fits.points import (
 
 
 @dataclass(frozen=True)
-class Law:
+class LawToFit:
     """A law as it is fitted.
 
     Attributes
@@ -43,7 +43,7 @@ class Law:
     names: tuple[str, ...]
 
 
-def fitted(law: Law, points: int) -> Fit:
+def fitted(law: LawToFit, points: int) -> Fit:
     """Return the outcome of a fit, or what the points do not determine.
 
     Parameters
@@ -80,7 +80,7 @@ def fitted(law: Law, points: int) -> Fit:
     return Fit(values, covariance, intervals, chi, points, message)
 
 
-def least_deviance(law: Law) -> float:
+def least_deviance(law: LawToFit) -> float:
     """Return the deviance at the most likely parameters, infinite where there are none."""
     found: Optimum | None = optimum(law.problem, law.starts)
     return np.inf if found is None else found.deviance

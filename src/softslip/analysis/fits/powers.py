@@ -7,7 +7,7 @@ import xarray as xr
 
 from softslip.analysis.fits.likelihood import Problem
 from softslip.analysis.fits.measured_points import FloatArray, Points, moderated
-from softslip.analysis.fits.outcomes import Law, fitted
+from softslip.analysis.fits.outcomes import LawToFit, fitted
 from softslip.analysis.fits.points import (
     DRIVES,
     Fit,
@@ -62,7 +62,7 @@ def fit_power(points: Points, offset: float, offset_error: float) -> Fit:
     level = float(np.median(points.value)) / size
     last = [] if exact else [at]
     starts = [np.array([power, level, *last]) for power in (-1.0, -0.2, 0.5)]
-    law = Law(Problem(deviations, freedom, points.common), starts, (1.0,), ("the exponent",))
+    law = LawToFit(Problem(deviations, freedom, points.common), starts, (1.0,), ("the exponent",))
     return fitted(law, points.count)
 
 

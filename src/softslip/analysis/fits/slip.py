@@ -9,7 +9,7 @@ import xarray as xr
 
 from softslip.analysis.fits.likelihood import Problem
 from softslip.analysis.fits.measured_points import FloatArray, Points, moderated
-from softslip.analysis.fits.outcomes import Law, fitted, least_deviance
+from softslip.analysis.fits.outcomes import LawToFit, fitted, least_deviance
 from softslip.analysis.fits.points import (
     DRIVES,
     Fit,
@@ -76,10 +76,10 @@ def _fit_above(points: Points, offset: float, offset_error: float) -> Fit:
     at, doubt = offset / stress, offset_error / stress
     problem, starts = _law(scaled, at, doubt, 1.0)
     unit = speed / (stress - offset)
-    fit = fitted(Law(problem, starts, (unit,), ("the slip coefficient",)), points.count)
+    fit = fitted(LawToFit(problem, starts, (unit,), ("the slip coefficient",)), points.count)
     quadratic, starts = _law(scaled, at, doubt, QUADRATIC)
-    linear = least_deviance(Law(problem, starts, (1.0,), ("",)))
-    more = {"evidence": 0.5 * (least_deviance(Law(quadratic, starts, (1.0,), ("",))) - linear)}
+    linear = least_deviance(LawToFit(problem, starts, (1.0,), ("",)))
+    more = {"evidence": 0.5 * (least_deviance(LawToFit(quadratic, starts, (1.0,), ("",))) - linear)}
     return replace(fit, more=more)
 
 
@@ -94,7 +94,7 @@ def _fit_exponent(points: Points, offset: float, offset_error: float) -> Fit:
         return problem.deviations(np.concatenate(([parameters[1], parameters[0]], parameters[2:])))
 
     first = [np.concatenate(([start[1], start[0]], start[2:])) for start in starts]
-    law = Law(replace(problem, deviations=turned), first, (1.0,), ("the exponent",))
+    law = LawToFit(replace(problem, deviations=turned), first, (1.0,), ("the exponent",))
     return fitted(law, points.count)
 
 
@@ -109,7 +109,7 @@ def _fit_intercept(points: Points, offset: float) -> Fit:
         return np.asarray((scaled.value - speeds) / scaled.error)
 
     slope, _ = np.polyfit(scaled.stress, scaled.value, 1, w=1 / scaled.error)
-    law = Law(
+    law = LawToFit(
         Problem(deviations, scaled.freedom, scaled.common),
         [np.array([offset / stress, slope]), np.array([0.0, slope])],
         (stress,),
@@ -124,7 +124,9 @@ def _fit_below(points: Points) -> Fit:
         return nothing(1, points.count, f"too few steady points: {points.count} of at least 2")
     scaled, stress, speed = _scaled(points)
     problem, starts = _law(scaled, 0.0, 0.0, 1.0)
-    return fitted(Law(problem, starts, (speed / stress,), ("the slip coefficient",)), points.count)
+    return fitted(
+        LawToFit(problem, starts, (speed / stress,), ("the slip coefficient",)), points.count
+    )
 
 
 def slip_law(

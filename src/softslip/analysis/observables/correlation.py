@@ -24,7 +24,7 @@ ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
-class Estimate:
+class MeanEstimate:
     """A number measured in a correlated series.
 
     Attributes
@@ -107,7 +107,7 @@ def _cosines(count: int, time: float) -> int:
     return int(np.clip(count / (TIMES_PER_COSINE * time), 1, MOST_COSINES))
 
 
-def mean_of(values: FloatArray) -> Estimate:
+def mean_of(values: FloatArray) -> MeanEstimate:
     """Return the mean of a correlated series with its standard error.
 
     The error is measured by the slowest cosines Λ_j = √(2/n) Σ (x_i − x̄) cos(π j (i + ½)/n) of the
@@ -120,16 +120,16 @@ def mean_of(values: FloatArray) -> Estimate:
     count = len(values)
     mean = float(values.mean()) if count else float("nan")
     if count < 2:
-        return Estimate(mean, float("nan"), 0.0)
+        return MeanEstimate(mean, float("nan"), 0.0)
     if constant(values):
-        return Estimate(mean, 0.0, float(MOST_COSINES))
+        return MeanEstimate(mean, 0.0, float(MOST_COSINES))
     number = _cosines(count, correlation_time(values))
     phase = np.pi * np.outer(np.arange(1, number + 1), np.arange(count) + 0.5) / count
     parts = np.sqrt(2.0 / count) * np.cos(phase) @ (values - mean)
-    return Estimate(mean, float(np.sqrt(np.mean(parts**2) / count)), float(number))
+    return MeanEstimate(mean, float(np.sqrt(np.mean(parts**2) / count)), float(number))
 
 
-def change_of(values: FloatArray) -> Estimate:
+def change_of(values: FloatArray) -> MeanEstimate:
     """Return the linear change of a correlated series over its length, with its standard error.
 
     As `mean_of`, with a straight line removed and with cosines that are made orthogonal to it: the
@@ -137,14 +137,16 @@ def change_of(values: FloatArray) -> Estimate:
     """
     count = len(values)
     if count < 4:
-        return Estimate(float(values[-1] - values[0]) if count else float("nan"), float("nan"), 0.0)
+        return MeanEstimate(
+            float(values[-1] - values[0]) if count else float("nan"), float("nan"), 0.0
+        )
     time = (np.arange(count) + 0.5) / count - 0.5
     change = float((time @ values) / (time @ time))
     if constant(_residual(values, 2) + values.mean()):
-        return Estimate(0.0 if constant(values) else change, 0.0, float(MOST_COSINES))
+        return MeanEstimate(0.0 if constant(values) else change, 0.0, float(MOST_COSINES))
     number = min(_cosines(count, correlation_time(values, removed=2)), count - 3)
     phase = np.pi * np.outer(np.arange(2, number + 2), time + 0.5)
     basis, _ = np.linalg.qr(np.vstack((np.ones(count), time, np.cos(phase))).T)
     parts = basis[:, 2:].T @ values
     error = np.sqrt(np.mean(parts**2) / (time @ time))
-    return Estimate(change, float(error), float(number))
+    return MeanEstimate(change, float(error), float(number))

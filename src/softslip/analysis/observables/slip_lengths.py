@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from softslip.analysis.observables.correlation import Estimate, mean_of
+from softslip.analysis.observables.correlation import MeanEstimate, mean_of
 from softslip.analysis.observables.series import (
     FloatArray,
     equal_bins,
@@ -24,7 +24,7 @@ LEAST_ROWS = 3
 KNOWN_RATE = 2.0
 """Errors by which a bulk rate must differ from zero for a slip length over it to be known."""
 
-UNKNOWN = Estimate(float("nan"), float("nan"), float("nan"))
+UNKNOWN = MeanEstimate(float("nan"), float("nan"), float("nan"))
 """A length that a run does not tell."""
 
 
@@ -68,7 +68,7 @@ def slip_lengths(run: xr.Dataset) -> xr.Dataset:
     return described(told)
 
 
-def _total(run: xr.Dataset, steady: xr.Dataset) -> Estimate:
+def _total(run: xr.Dataset, steady: xr.Dataset) -> MeanEstimate:
     if not (bool(steady["steady_bulk"]) and bool(steady["steady_slip"])):
         return UNKNOWN
     edges = equal_bins(run)
@@ -80,10 +80,10 @@ def _total(run: xr.Dataset, steady: xr.Dataset) -> Estimate:
     length = float(speeds.mean()) / rate.value
     spread = mean_of((speeds - length * rates) / rate.value)
     known = abs(rate.value) > KNOWN_RATE * rate.error
-    return Estimate(length, spread.error if known else float("inf"), spread.freedom)
+    return MeanEstimate(length, spread.error if known else float("inf"), spread.freedom)
 
 
-def _newtonian(run: xr.Dataset, steady: xr.Dataset, given: Parameters) -> Estimate:
+def _newtonian(run: xr.Dataset, steady: xr.Dataset, given: Parameters) -> MeanEstimate:
     radius = given.suspension.mean_radius
     low, high = (given.wall.roughness * radius + each * radius for each in LAYER)
     distance = run["wall_distance"].values.astype(np.float64)

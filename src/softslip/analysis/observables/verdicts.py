@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softslip.analysis.observables.correlation import Estimate, change_of, mean_of
+from softslip.analysis.observables.correlation import MeanEstimate, change_of, mean_of
 from softslip.analysis.observables.falling import falls_as_power
 from softslip.analysis.observables.series import FloatArray
 from softslip.analysis.observables.truncation import steady_start
@@ -59,8 +59,8 @@ class Window:
         Number of equal bins in the window.
     """
 
-    mean: Estimate
-    change: Estimate
+    mean: MeanEstimate
+    change: MeanEstimate
     scale: float
     bins: int
 
@@ -98,7 +98,7 @@ def steady_verdict(error: float, scale: float) -> str:
     return STEADY if error <= LARGE_ERROR * abs(scale) else WITHIN_ERROR
 
 
-def has_not_flowed(values: FloatArray, start: int, mean: Estimate) -> bool:
+def has_not_flowed(values: FloatArray, start: int, mean: MeanEstimate) -> bool:
     """Tell whether a bulk has strained clearly less in its window than before it.
 
     Before a material flows it strains elastically, by about σ/G, within the transient. A bulk that

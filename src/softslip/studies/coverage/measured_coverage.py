@@ -10,7 +10,7 @@ from scipy import stats
 
 from softslip.analysis.fits import FITTED, fit_laws, herschel_bulkley
 from softslip.analysis.fits.likelihood import CONFIDENCE
-from softslip.analysis.observables.correlation import Estimate, mean_of
+from softslip.analysis.observables.correlation import MeanEstimate, mean_of
 from softslip.analysis.observables.verdicts import STEADY, VERDICTS, WITHIN_ERROR, judged
 from softslip.studies.coverage.made_up_curves import CURVES, CurveKind
 from softslip.studies.coverage.made_up_series import KINDS, RECORDS, conditions
@@ -62,7 +62,7 @@ class Tally:
         return [float(np.mean(each)) if each else float("nan") for each in self.covered]
 
 
-def ends_of(estimate: Estimate) -> np.ndarray:
+def ends_of(estimate: MeanEstimate) -> np.ndarray:
     """Return the ends of the intervals of an estimate, by confidence."""
     quantiles = stats.t.ppf([0.5 * (1 + c) for c in CONFIDENCE], max(estimate.freedom, 1e-9))
     reach = quantiles * estimate.error

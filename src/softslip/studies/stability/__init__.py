@@ -1,8 +1,8 @@
 """Where the scheme stays stable and correct, and how it stops where it does not."""
 
 from softslip.studies.stability.axes import GROUPS
+from softslip.studies.stability.longest_steps import measure_limits
 from softslip.studies.stability.map_dataset import gather, measure_group
 from softslip.studies.stability.map_design import MapDesign
-from softslip.studies.stability.step_limits import measure_limits
 
 __all__ = ["GROUPS", "MapDesign", "gather", "measure_group", "measure_limits"]

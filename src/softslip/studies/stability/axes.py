@@ -9,6 +9,7 @@ from softslip.solver.films import REFERENCE_MESH_SIZE
 from softslip.studies import boxes
 from softslip.studies.boxes import Tree, merged, particle_area
 from softslip.studies.stability.cells import Cell, cells_along
+from softslip.studies.stability.longest_steps import spectral_radius
 from softslip.studies.stability.map_design import MapDesign
 from softslip.studies.stability.map_scenes import (
     NARROW,
@@ -19,7 +20,6 @@ from softslip.studies.stability.map_scenes import (
     scene_of,
     start_tree,
 )
-from softslip.studies.stability.step_limits import spectral_radius
 
 WIDEST = 0.65
 """Node spacing over the contact range where the range is the axis, just below what is allowed."""

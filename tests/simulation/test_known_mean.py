@@ -4,7 +4,7 @@ import scenes
 from hypothesis import given
 from hypothesis import strategies as st
 
-from softslip.simulation.precision import BATCHES, GROWTH, is_known, look_times, relative_error
+from softslip.simulation.known_mean import BATCHES, GROWTH, is_known, look_times, relative_error
 
 EDGES = np.arange(0.0, 1001.0)
 

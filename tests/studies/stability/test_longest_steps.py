@@ -5,7 +5,7 @@ from studies_small import SMALL_MAP
 
 from softslip.errors import NumericalError
 from softslip.solver.integrators.chebyshev import fixed_step, reach
-from softslip.studies.stability import step_limits
+from softslip.studies.stability import longest_steps
 
 RATES = np.geomspace(1.0, 80.0, 30)
 """Decay rates of a problem whose limits are known."""
@@ -22,8 +22,8 @@ def euler_step(vector, dt):
 
 
 def test_bisection_finds_the_limit_of_euler():
-    found = step_limits.longest_stable(euler_step, np.ones(30), STIFF, np.ones(30), 2 / 75)
-    assert found == pytest.approx(2 / 80, rel=step_limits.WIDTH)
+    found = longest_steps.longest_stable(euler_step, np.ones(30), STIFF, np.ones(30), 2 / 75)
+    assert found == pytest.approx(2 / 80, rel=longest_steps.WIDTH)
 
 
 def exact_reach(stages):
@@ -43,13 +43,13 @@ def test_bisection_finds_the_limit_of_each_number_of_stages(stages):
     def step(vector, dt):
         return fixed_step(rate, vector, 0.0, dt, stages)
 
-    found = step_limits.longest_stable(step, np.ones(30), STIFF, np.ones(30), reach(stages) / 80)
-    assert found == pytest.approx(exact_reach(stages) / 80, rel=2 * step_limits.WIDTH)
+    found = longest_steps.longest_stable(step, np.ones(30), STIFF, np.ones(30), reach(stages) / 80)
+    assert found == pytest.approx(exact_reach(stages) / 80, rel=2 * longest_steps.WIDTH)
 
 
 def test_a_theory_that_is_far_off_is_no_result():
     with pytest.raises(NumericalError, match="not between"):
-        step_limits.longest_stable(euler_step, np.ones(30), STIFF, np.ones(30), 2 / 10)
+        longest_steps.longest_stable(euler_step, np.ones(30), STIFF, np.ones(30), 2 / 10)
 
 
 def test_what_refuses_or_leaves_the_numbers_has_grown():
@@ -57,13 +57,13 @@ def test_what_refuses_or_leaves_the_numbers_has_grown():
         raise NumericalError("film", 0, 0, "closed")
 
     for step in (refuses, lambda vector, dt: vector * np.nan):
-        assert step_limits.grows(step, np.ones(30), STIFF, np.ones(30), 1e-3)
+        assert longest_steps.grows(step, np.ones(30), STIFF, np.ones(30), 1e-3)
 
 
 @pytest.fixture(scope="module")
 def measured():
     small = SMALL_MAP.model_copy(update={"stages": (2, 6)})
-    return step_limits.measure_limits(small)
+    return longest_steps.measure_limits(small)
 
 
 def test_the_limit_of_euler_steps_is_that_of_theory(measured):
