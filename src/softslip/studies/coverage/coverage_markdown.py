@@ -62,7 +62,7 @@ def _estimates(coverage: xr.Dataset) -> str:
         name = str(row["parameter"].item())
         known = f"{truth:.3g}" if np.isfinite(truth) else "none"
         rows.append([curve, f"`{name}`", known, fitted, *held])
-    header = ["Flow curve", "MeanEstimate", "Truth", "Fitted"]
+    header = ["Flow curve", "Estimate", "Truth", "Fitted"]
     return (
         f"{coverage.attrs['draws']} flow curves of each kind. *Fitted*: how often the estimate was "
         "said to be determined; where intervals are few, no share of them is told.\n\n"
