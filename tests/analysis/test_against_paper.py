@@ -7,12 +7,14 @@ import pytest
 import xarray as xr
 from synthetic import FLOW_INDEX, YIELD_STRESS, shear_run
 
-from softslip.analysis.against_paper import COMPARED, _mean, against_paper
+from softslip.analysis.against_paper import COMPARED, SEPARATION, _mean, against_paper
 from softslip.analysis.comparable import unlike
 from softslip.analysis.comparison_markdown import comparison_table
 from softslip.analysis.fits import fit_laws
 from softslip.analysis.observables.tables import flow_curve
 from softslip.config.paper_material import MATERIAL, departures
+from softslip.config.sweep import label_of
+from softslip.files.dataset_check import check_dataset
 from softslip.files.table_schemas import COMPARED as DECLARED
 
 STRESSES = (0.15, 0.2, 0.3, 0.4, 0.5)
@@ -92,15 +94,19 @@ def test_the_schema_has_the_numbers_and_what_they_are_about():
     assert {name: number.pooled for name, number in COMPARED.items()} == DECLARED
 
 
+def test_the_separation_is_the_dimension_that_a_swept_height_becomes():
+    assert label_of("channel.height") == SEPARATION
+
+
 def separations(*rates):
     """Return a flow curve with a steady bulk at three wall separations and two stresses."""
     found = xr.Dataset(
         {
-            "shear_rate_bulk": (("height", "stress"), np.outer(rates, [1.0, 3.0])),
-            "shear_rate_bulk_error": (("height", "stress"), 0.02 * np.outer(rates, [1.0, 3.0])),
-            "steady_bulk": (("height", "stress"), np.full((len(rates), 2), True)),
+            "shear_rate_bulk": ((SEPARATION, "stress"), np.outer(rates, [1.0, 3.0])),
+            "shear_rate_bulk_error": ((SEPARATION, "stress"), 0.02 * np.outer(rates, [1.0, 3.0])),
+            "steady_bulk": ((SEPARATION, "stress"), np.full((len(rates), 2), True)),
         },
-        coords={"height": [0.2, 0.3, 0.44][: len(rates)], "stress": [0.2, 0.4]},
+        coords={SEPARATION: [0.2, 0.3, 0.44][: len(rates)], "stress": [0.2, 0.4]},
     )
     return COMPARED["separation_effect"].measured(found, xr.Dataset())
 
@@ -111,6 +117,22 @@ def test_only_wide_channels_show_the_effect_of_their_width():
     # Of two stresses, each with 2 % at either separation.
     assert found.error == pytest.approx(1.1 * 0.02 * 2**0.5 / 2**0.5, rel=1e-12)
     assert separations(1.0, 1.0).remark == "fewer than two wall separations from 0.3 on"
+
+
+def test_channels_of_a_sweep_are_held_against_one_another():
+    runs = [
+        ({"stress": stress, SEPARATION: height}, shear_run(stress, height=height, noise=0.03))
+        for stress in STRESSES
+        for height in (0.3125, 0.4375)
+    ]
+    curve = flow_curve(runs)
+    compared = against_paper(curve, fit_laws(curve))
+    check_dataset(compared, "comparison")
+    # What this number is about, and a dimension of all others.
+    found, error = (float(compared[f"separation_effect{end}"]) for end in ("", "_error"))
+    assert 0 < error < 0.5
+    assert abs(found) < 4 * error
+    assert compared["flow_index"].dims == (SEPARATION,)
 
 
 def test_values_that_scatter_more_than_their_errors_have_a_larger_one():

@@ -13,8 +13,8 @@ from softslip.analysis.observables import mean_over_seeds
 from softslip.analysis.paper import Reported
 from softslip.files.quantities import POOLED, described
 
-HEIGHT = "height"
-"""Dimension of the wall separation."""
+SEPARATION = "wall_separation"
+"""Dimension that `channel.height` becomes where it is swept."""
 
 POOLED_DIMENSIONS = (*DRIVES, "roughness", "seed")
 """Dimensions over which the paper's numbers are meant; every other one stays."""
@@ -129,19 +129,21 @@ def _yielding_sample(curve: xr.Dataset, fits: xr.Dataset) -> FoundNumber:
 
 def _separation_effect(curve: xr.Dataset, fits: xr.Dataset) -> FoundNumber:
     """Return by how much the bulk rate differs between the least and the largest separation."""
-    if HEIGHT not in curve.dims:
+    if SEPARATION not in curve.dims:
         return _none("one wall separation only")
-    heights = curve[HEIGHT].values
+    heights = curve[SEPARATION].values
     wide = np.flatnonzero(heights >= paper.LEAST_SEPARATION.value * (1 - ROUNDING))
     if len(wide) < LEAST_VALUES:
         return _none(f"fewer than two wall separations from {paper.LEAST_SEPARATION.value:g} on")
     ordered = wide[np.argsort(heights[wide])]
     rate = curve["shear_rate_bulk"].where(curve["steady_bulk"].astype(bool))
     error = curve["shear_rate_bulk_error"]
-    small, large = (rate.isel({HEIGHT: int(place)}) for place in (ordered[0], ordered[-1]))
-    near, far = (error.isel({HEIGHT: int(place)}) for place in (ordered[0], ordered[-1]))
-    ratio = large.drop_vars(HEIGHT) / small.drop_vars(HEIGHT)
-    relative = ((near / small).drop_vars(HEIGHT) ** 2 + (far / large).drop_vars(HEIGHT) ** 2) ** 0.5
+    small, large = (rate.isel({SEPARATION: int(place)}) for place in (ordered[0], ordered[-1]))
+    near, far = (error.isel({SEPARATION: int(place)}) for place in (ordered[0], ordered[-1]))
+    ratio = large.drop_vars(SEPARATION) / small.drop_vars(SEPARATION)
+    relative = (
+        (near / small).drop_vars(SEPARATION) ** 2 + (far / large).drop_vars(SEPARATION) ** 2
+    ) ** 0.5
     # A rate within two errors of zero has no ratio.
     told = (relative > 0) & (relative < 0.5)
     remark = "no condition with a steady bulk at both wall separations"
@@ -167,7 +169,7 @@ COMPARED: Mapping[str, ComparedNumber] = {
     "newtonian_slip_length": ComparedNumber(paper.CONTACT_LENGTH, _newtonian_length),
     "yielding_exponent": ComparedNumber(paper.YIELDING_EXPONENT, _pooled("yielding_exponent")),
     "yielding_time": ComparedNumber(paper.YIELDING_SNAPSHOT_TIME, _yielding_sample),
-    "separation_effect": ComparedNumber(paper.SEPARATION_EFFECT, _separation_effect, (HEIGHT,)),
+    "separation_effect": ComparedNumber(paper.SEPARATION_EFFECT, _separation_effect, (SEPARATION,)),
 }
 """The paper's numbers by the names of `files.quantities`."""
 

@@ -254,7 +254,7 @@ COMPARED = {
     **dict.fromkeys(("yield_stress", "flow_index", "slip_exponent", "critical_roughness"), ()),
     **dict.fromkeys(("heterogeneity_exponent", "newtonian_slip_length"), ()),
     **dict.fromkeys(("yielding_exponent", "yielding_time"), ()),
-    "separation_effect": ("height",),
+    "separation_effect": ("wall_separation",),
 }
 """Numbers of the paper, and the dimensions that each is about."""
 
