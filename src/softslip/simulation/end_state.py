@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 from softslip.errors import CheckpointError
@@ -115,7 +114,5 @@ class EndState:
     def _unlike(self, header: Header) -> str:
         """Return in what a stored state differs from the run, apart from its length."""
         ours, theirs = self._identity, header.identity
-        for name in ("parent", "fingerprint", "environment"):
-            if getattr(ours, name) != getattr(theirs, name):
-                return name
-        return "" if replace(theirs, run=ours.run, parameters=ours.parameters) == ours else "stage"
+        names = ("stage", "parent", "fingerprint", "environment")
+        return next((name for name in names if getattr(ours, name) != getattr(theirs, name)), "")
