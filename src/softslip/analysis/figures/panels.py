@@ -40,6 +40,10 @@ class Family:
         for number, value in enumerate(self.values):
             yield number, named(self.dim, value), cell.isel({self.dim: number})
 
+    def laws_of(self, fits: xr.Dataset, number: int) -> xr.Dataset:
+        """Return the fits of a member; those that are pooled over the family belong to each."""
+        return fits.isel({self.dim: number}) if self.dim in fits.dims else fits
+
     def colour(self, number: int) -> Any:
         """Return the colour of a member: of a palette, or of a scale where there are many."""
         if len(self.values) > len(COLOURS):

@@ -235,8 +235,7 @@ def _draw_laws(
         return
     limits = axes.get_xlim()
     for number, _, line in family.members(cell):
-        here = laws.isel({family.dim: number}) if family.dim in laws.dims else laws
-        curve = _law_of(here, limits)
+        curve = _law_of(family.laws_of(laws, number), limits)
         if curve is None:
             continue
         axes.plot(*curve, color=family.colour(number), linewidth=0.9, zorder=1)

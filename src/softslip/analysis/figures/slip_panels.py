@@ -124,16 +124,11 @@ def _draw_slip(
                 name: quantity(line[name], line[name].values.ravel()[chosen]) for name in names
             }
             show(axes, panel, state, points, place(line))
-        here = _of_member(laws, family, number)
+        here = family.laws_of(laws, number)
         _draw_lines(axes, panel, here, look["color"], place(line), float(np.nanmax(stress)))
     axes.set(xlabel=r"stress $\sigma$ [stress unit]", ylabel=rf"$V_s$ [{SPEED}]")
     axes.set_xlim(left=0)
     axes.axhline(0, color="0.8", linewidth=0.6, zorder=0)
-
-
-def _of_member(laws: xr.Dataset, family: Family, number: int) -> xr.Dataset:
-    """Return the laws of one member; those that are pooled over the family belong to each."""
-    return laws.isel({family.dim: number}) if family.dim in laws.dims else laws
 
 
 def _draw_lines(

@@ -22,6 +22,7 @@ from softslip.analysis.figures.panels import (
     above,
     facets,
     family_of,
+    leave_empty,
     legend_above,
     note_missing,
     share_limits,
@@ -151,7 +152,7 @@ def _draw_lengths(cell: xr.Dataset, drive: str, family: Family, panels: list[Axe
                 points[f"{name}_{end}"] = Quantity(bar, unit, f"length of the bar, {end} end")
             show(axes, panel, name.replace("_", " "), points, place(line))
         if not axes.has_data():
-            axes.text(0.5, 0.5, "not determined", ha="center", transform=axes.transAxes)
+            leave_empty(axes, "not determined")
         axes.set(xlabel=_drive_label(cell, drive), ylabel=label)
         axes.set_ylim(bottom=0)
         axes.set_title(f"({panel})", loc="left")

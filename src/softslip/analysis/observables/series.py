@@ -10,6 +10,7 @@ from softslip.config.parameters import Parameters
 from softslip.errors import ConfigError, DatasetError
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
 
 SMOOTHING_WIDTH = 0.1
 """Standard deviation of the Gaussian smoothing window in log10 of time [decades]."""
@@ -50,6 +51,20 @@ def record_edges(run: xr.Dataset) -> FloatArray:
             "recording.stride"
         )
     return np.concatenate(([ends[0] - float(run["interval"][0])], ends))
+
+
+def profiles_from(run: xr.Dataset, start: float) -> tuple[IntArray, FloatArray]:
+    """Return the velocity profiles whose whole intervals lie after some time.
+
+    Returns
+    -------
+    tuple of numpy.ndarray
+        Their numbers, and the edges of the intervals of all profiles, shape (profiles + 1,).
+    """
+    known = record_edges(run)
+    ends = np.asarray(run["profile_time"].values, dtype=np.float64)
+    edges = np.concatenate(([known[0]], ends))
+    return np.flatnonzero(edges[:-1] >= start - 1e-9 * known[-1]), edges
 
 
 def equal_bins(run: xr.Dataset) -> FloatArray:

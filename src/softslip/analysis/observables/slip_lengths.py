@@ -9,7 +9,7 @@ from softslip.analysis.observables.series import (
     equal_bins,
     interval_means,
     parameters_of,
-    record_edges,
+    profiles_from,
 )
 from softslip.analysis.observables.steady import steady_state
 from softslip.config.parameters import Parameters
@@ -92,15 +92,13 @@ def _newtonian(run: xr.Dataset, steady: xr.Dataset, given: Parameters) -> MeanEs
     above = (height - distance >= low) & (height - distance <= high)
     if min(rows.sum(), above.sum()) < LEAST_ROWS or high > 0.5 * height:
         return UNKNOWN
-    known = record_edges(run)
-    ends = np.concatenate(([known[0]], run["profile_time"].values.astype(np.float64)))
-    chosen = np.flatnonzero(ends[:-1] >= float(steady["steady_from"]) - 1e-9 * known[-1])
+    chosen, edges = profiles_from(run, float(steady["steady_from"]))
     if len(chosen) < 2:
         return UNKNOWN
     velocity = run["velocity_profile"].transpose("profile", "wall_distance").values
     lengths = []
     for number in chosen:
-        interval = ends[number : number + 2]
+        interval = edges[number : number + 2]
         walls = interval_means(run, "wall_velocity", interval)[0]
         rate = float(interval_means(run, "stress", interval)[0]) / given.solvent.viscosity
         lower = _film(distance[rows], velocity[number][rows] - walls[0], rate)

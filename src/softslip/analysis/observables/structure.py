@@ -9,10 +9,15 @@ import xarray as xr
 from scipy.optimize import curve_fit
 
 from softslip.analysis.observables.contours import contours, film_thickness, shapes
-from softslip.analysis.observables.series import FloatArray, interval_means, parameters_of
+from softslip.analysis.observables.series import (
+    FloatArray,
+    interval_means,
+    parameters_of,
+    profiles_from,
+)
 from softslip.analysis.observables.steady import steady_state
 from softslip.analysis.observables.tables import Runs, collect
-from softslip.analysis.observables.velocity_fields import non_affine_velocity
+from softslip.analysis.observables.velocity_fields import bulk_rows, non_affine_velocity
 from softslip.errors import DatasetError
 from softslip.files.quantities import described
 
@@ -157,10 +162,7 @@ def _correlation_length(run: xr.Dataset, snapshot: int) -> float:
     """
     given = parameters_of(run)
     field = non_affine_velocity(run, snapshot)["non_affine_velocity"]
-    reach = float(given.recording.bulk_margin or 0.0) * given.suspension.mean_radius
-    height = run["field_y"].values
-    rows = (height > reach) & (height < given.channel.height - reach)
-    across = field.transpose("field_y", "field_x", "axis").values[rows, :, 1]
+    across = field.transpose("field_y", "field_x", "axis").values[bulk_rows(run), :, 1]
     across = across - across.mean(axis=1, keepdims=True)
     power = (np.abs(np.fft.rfft(across, axis=1)) ** 2).sum(axis=0)
     correlation = np.fft.irfft(power, n=across.shape[1])[: across.shape[1] // 2 + 1]
@@ -179,17 +181,15 @@ def _correlation_length(run: xr.Dataset, snapshot: int) -> float:
 def _fluidity_profiles(run: xr.Dataset, edges: FloatArray, start: float) -> list[FloatArray]:
     """Return local shear rate over stress by distance from the nearer wall, one for a profile."""
     given = parameters_of(run)
-    ends = np.asarray(run["profile_time"].values, dtype=np.float64)
-    starts = np.concatenate(([0.0], ends[:-1]))
-    known = starts >= start - 1e-9 * ends[-1]
+    chosen, times = profiles_from(run, start)
     height = np.asarray(run["wall_distance"].values, dtype=np.float64)
     velocity = run["velocity_profile"].transpose("profile", "wall_distance").values
     radius, found = given.suspension.mean_radius, list[FloatArray]()
-    for low, high, speeds in zip(starts[known], ends[known], velocity[known], strict=True):
-        stress = float(interval_means(run, "stress", np.array([low, high]))[0])
+    for number in chosen:
+        stress = float(interval_means(run, "stress", times[number : number + 2])[0])
         if stress == 0:
             continue
-        rate = np.diff(speeds) / np.diff(height)
+        rate = np.diff(velocity[number]) / np.diff(height)
         middle = 0.5 * (height[1:] + height[:-1])
         distance = np.minimum(middle, given.channel.height - middle) / radius
         found.append(_bin_means(distance, rate, edges) / stress)

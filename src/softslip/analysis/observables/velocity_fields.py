@@ -7,7 +7,7 @@ from softslip.analysis.observables.series import (
     FloatArray,
     interval_means,
     parameters_of,
-    record_edges,
+    profiles_from,
 )
 from softslip.analysis.observables.steady import steady_state
 from softslip.errors import DatasetError
@@ -32,17 +32,11 @@ def mean_profile(run: xr.Dataset) -> xr.Dataset:
         do not move.
     """
     height = parameters_of(run).channel.height
-    known = record_edges(run)
-    ends = np.asarray(run["profile_time"].values, dtype=np.float64)
-    starts = np.concatenate(([known[0]], ends[:-1]))
-    first = float(steady_state(run)["steady_from"]) - 1e-9 * known[-1]
-    chosen = np.flatnonzero(starts >= first)
-    chosen = chosen if len(chosen) else np.array([len(ends) - 1])
-    walls = np.stack(
-        [interval_means(run, "wall_velocity", np.array([starts[i], ends[i]]))[0] for i in chosen]
-    )
+    chosen, edges = profiles_from(run, float(steady_state(run)["steady_from"]))
+    chosen = chosen if len(chosen) else np.array([len(edges) - 2])
+    walls = np.stack([interval_means(run, "wall_velocity", edges[i : i + 2])[0] for i in chosen])
     velocity = run["velocity_profile"].transpose("profile", "wall_distance").values[chosen]
-    weight = (ends - starts)[chosen] / np.sum((ends - starts)[chosen])
+    weight = np.diff(edges)[chosen] / np.sum(np.diff(edges)[chosen])
     mean = _normalised(weight @ velocity, weight @ walls)
     each = np.stack([_normalised(v, w) for v, w in zip(velocity, walls, strict=True)])
     count = len(chosen)
@@ -70,8 +64,14 @@ def _normalised(velocity: FloatArray, walls: FloatArray) -> FloatArray:
     return np.asarray((velocity - lower) / (upper - lower))
 
 
-def _bulk_rows(run: xr.Dataset) -> FloatArray:
-    """Tell which rows of a snapshot's field lie in the reduced gap, shape (field_y,)."""
+def bulk_rows(run: xr.Dataset) -> FloatArray:
+    """Tell which rows of a snapshot's field lie in the reduced gap, shape (field_y,).
+
+    Raises
+    ------
+    DatasetError
+        When the run has no bulk, or too coarse a field in it.
+    """
     parameters = parameters_of(run)
     margin = parameters.recording.bulk_margin
     name = run.attrs.get("run", "?")
@@ -119,7 +119,7 @@ def non_affine_velocity(run: xr.Dataset, snapshot: int) -> xr.Dataset:
         When there is no such snapshot, no bulk, or too coarse a field in it.
     """
     velocity = _snapshot(run, snapshot)["velocity"].transpose("field_y", "field_x", "axis")
-    rows = _bulk_rows(run)
+    rows = bulk_rows(run)
     y = run["field_y"].values.astype(np.float64)
     along = velocity.values[..., 0].mean(axis=1)
     rate, offset = np.polyfit(y[rows], along[rows], 1)
