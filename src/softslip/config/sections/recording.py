@@ -28,7 +28,7 @@ class Recording(Section):
         description="Records per decade of time; each record is the mean over its interval.",
     )
     longest_interval: float = quantity(
-        1.0, symbol="Δt_max", unit="time unit", gt=0, description="Longest interval of one record."
+        5.0, symbol="Δt_max", unit="time unit", gt=0, description="Longest interval of one record."
     )
     profile_interval: float = quantity(
         15.0,
