@@ -71,9 +71,11 @@ class MembraneResponse:
         kinds, self._kind = np.unique(counts, return_inverse=True)
         room = int(counts.max(initial=0))
         self._waves = np.zeros((kinds.size, 2 * LONG_MODES, room))
-        self._cosine = np.zeros((kinds.size, room))
+        self._cosine = np.zeros((kinds.size, room // 2 + 1, room // 2 + 1))
         for kind, count in enumerate(kinds):
-            self._cosine[kind, :count] = np.cos(2 * np.pi * np.arange(count) / count)
+            half = np.arange(count // 2 + 1)
+            cosine = np.cos(2 * np.pi / count * (np.outer(half, half) % count))
+            self._cosine[kind, : half.size, : half.size] = cosine
             waves = long_waves(int(count))
             self._waves[kind, : len(waves), :count] = waves
         self._symbols = np.zeros((3, layout.particle_nodes))
@@ -113,7 +115,7 @@ class MembraneResponse:
             longest,
         )
 
-        def stretched(displacements: FloatArray) -> None:
+        def multiply(displacements: FloatArray, *pressure: FloatArray) -> None:
             solve_membranes(
                 displacements,
                 self._offsets,
@@ -124,18 +126,16 @@ class MembraneResponse:
                 tangents,
                 kernels,
                 longest,
+                *pressure,
             )
 
         gradients = area_gradients(positions, self._offsets, self._law.order)
-        pressed = gradients.copy()
-        stretched(pressed)
-        by_pressure = _area_changes(pressed, self._offsets, gradients)
+        pressed, nothing = gradients.copy(), np.zeros_like(gradients)
+        multiply(pressed, nothing, nothing, np.ones(particles))
+        by_pressure = _products(gradients, pressed, self._offsets)
 
         def solve(displacements: FloatArray) -> None:
-            changes = _area_changes(displacements, self._offsets, gradients)
-            stretched(displacements)
-            changes -= _area_changes(displacements, self._offsets, gradients)
-            _add_multiples(pressed, self._offsets, changes / by_pressure, displacements)
+            multiply(displacements, gradients, pressed, by_pressure)
 
         return solve
 
@@ -160,26 +160,12 @@ def _symbols(
 
 
 @compiled
-def _area_changes(
-    displacements: FloatArray, offsets: IntArray, gradients: FloatArray
-) -> FloatArray:
-    """Return by how much displacements change the area of each membrane, shape (particles,)."""
-    changes = np.empty(offsets.size - 1)
+def _products(first: FloatArray, second: FloatArray, offsets: IntArray) -> FloatArray:
+    """Return the scalar product of two vectors of each membrane, shape (particles,)."""
+    products = np.empty(offsets.size - 1)
     for p in range(offsets.size - 1):
         total = 0.0
         for s in range(offsets[p], offsets[p + 1]):
-            total += gradients[s, 0] * displacements[s, 0] + gradients[s, 1] * displacements[s, 1]
-        changes[p] = total
-    return changes
-
-
-@compiled
-def _add_multiples(
-    directions: FloatArray, offsets: IntArray, multiples: FloatArray, displacements: FloatArray
-) -> None:
-    """Add a multiple of a direction to the displacement of each membrane."""
-    for p in range(offsets.size - 1):
-        multiple = multiples[p]
-        for s in range(offsets[p], offsets[p + 1]):
-            displacements[s, 0] += multiple * directions[s, 0]
-            displacements[s, 1] += multiple * directions[s, 1]
+            total += first[s, 0] * second[s, 0] + first[s, 1] * second[s, 1]
+        products[p] = total
+    return products

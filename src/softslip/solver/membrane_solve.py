@@ -39,8 +39,8 @@ def prepare_solve(
     symbols
         Q, R over what the tension gains by a turn, and D̂², in the first columns of each membrane.
     kind, cosine, waves
-        Row of each membrane in the tables of cos(2πs/N), and of the unit cosines and sines of the
-        longest modes.
+        Row of each membrane in the tables of cos(2πdk/N), over distances d and modes k, and of the
+        unit cosines and sines of the longest modes.
     shift
         g.
     tangents, kernels, longest
@@ -75,13 +75,20 @@ def prepare_solve(
         _fill_kernels(symbol, cosine[kind[p]], count, kernels[:, first:end])
         fill_rows(tx, ty, waves[kind[p]], weights, modes, count, dx, dy, rows)
         block = longest[p]
-        for i in range(2 * modes):
-            for j in range(i + 1):
-                total = 0.0
+        # Two rows by two, each loaded once for two products.
+        for i in range(0, 2 * modes, 2):
+            for j in range(0, i + 2, 2):
+                a, b, c, d = 0.0, 0.0, 0.0, 0.0
                 for s in range(2 * count):
-                    total += rows[i, s] * rows[j, s]
-                block[i, j] = shift * total
-            block[i, i] += 1.0 / symbols[0, first + i // 2 + 1]
+                    a += rows[i, s] * rows[j, s]
+                    b += rows[i, s] * rows[j + 1, s]
+                    c += rows[i + 1, s] * rows[j, s]
+                    d += rows[i + 1, s] * rows[j + 1, s]
+                block[i, j], block[i, j + 1] = shift * a, shift * b
+                block[i + 1, j], block[i + 1, j + 1] = shift * c, shift * d
+            own = 1.0 / symbols[0, first + i // 2 + 1]
+            block[i, i] += own
+            block[i + 1, i + 1] += own
         invert(block, 2 * modes)
 
 
@@ -90,12 +97,9 @@ def _fill_kernels(symbol: FloatArray, cosine: FloatArray, count: int, kernels: F
     """Fill the convolutions over distances 0 ... N/2 that multiply mode k by its symbols."""
     for d in range(count // 2 + 1):
         along, normal = 0.0, 0.0
-        place = 0
         for k in range(1, (count + 1) // 2):
-            place += d
-            place -= count if place >= count else 0
-            along += symbol[0, k] * cosine[place]
-            normal += symbol[1, k] * cosine[place]
+            along += symbol[0, k] * cosine[d, k]
+            normal += symbol[1, k] * cosine[d, k]
         along, normal = 2.0 * along, 2.0 * normal
         if count % 2 == 0:
             sign = 1.0 if d % 2 == 0 else -1.0
@@ -115,8 +119,20 @@ def solve_membranes(
     tangents: FloatArray,
     kernels: FloatArray,
     longest: FloatArray,
+    gradients: FloatArray,
+    pressed: FloatArray,
+    by_pressure: FloatArray,
 ) -> None:
-    """Multiply displacements by P_g in place; parameters as `prepare_solve` fills them."""
+    """Multiply displacements by P_g in place.
+
+    Parameters
+    ----------
+    displacements
+        Shape (nodes, 2); the others as `prepare_solve` fills them, but for the last three.
+    gradients, pressed, by_pressure
+        a, u and aᵀ u of each membrane, by which its area is kept; zero, zero and one where it is
+        not.
+    """
     room = longest_chain(offsets) + 2 * PADDING
     x, y, dx, dy = np.empty(room), np.empty(room), np.empty(room), np.empty(room)
     strain, answer = np.empty(2 * room), np.empty(room)
@@ -125,6 +141,10 @@ def solve_membranes(
         count = unroll(displacements, first, end, 0.0, x, y)
         tx, ty = tangents[0, first:end], tangents[1, first:end]
         modes = min(LONG_MODES, (count - 1) // 2)
+        change = 0.0
+        for s in range(count):
+            change += gradients[first + s, 0] * x[s + PADDING]
+            change += gradients[first + s, 1] * y[s + PADDING]
         strain_along(x, y, tx, ty, 1.0, weights, count, dx, dy, strain)
         convolve(strain, kernels[0, first:end], count, answer)
         add_longest(strain, longest[p], waves[kind[p]], 2 * modes, count, answer)
@@ -136,5 +156,9 @@ def solve_membranes(
         convolve(strain, kernels[1, first:end], count, answer)
         take_strained(answer, ty, tx, -1.0, weights, shift, count, dx, dy, x, y)
         for s in range(count):
-            displacements[first + s, 0] = x[s + PADDING]
-            displacements[first + s, 1] = y[s + PADDING]
+            change -= gradients[first + s, 0] * x[s + PADDING]
+            change -= gradients[first + s, 1] * y[s + PADDING]
+        change /= by_pressure[p]
+        for s in range(count):
+            displacements[first + s, 0] = x[s + PADDING] + change * pressed[first + s, 0]
+            displacements[first + s, 1] = y[s + PADDING] + change * pressed[first + s, 1]

@@ -94,7 +94,16 @@ def convolve(x: FloatArray, kernel: FloatArray, count: int, out: FloatArray) -> 
     half = (count - 1) // 2
     for s in range(count):
         out[s] = kernel[0] * x[s]
-    for d in range(1, half + 1):
+    # Four distances at a time, so that sums are loaded and stored once for all four.
+    fours = half // 4 * 4
+    for d in range(1, fours + 1, 4):
+        a, b, c, e = kernel[d], kernel[d + 1], kernel[d + 2], kernel[d + 3]
+        ahead, behind = x[d : d + count + 3], x[count - d - 3 : 2 * count - d]
+        for s in range(count):
+            out[s] += (a * (ahead[s] + behind[s + 3]) + b * (ahead[s + 1] + behind[s + 2])) + (
+                c * (ahead[s + 2] + behind[s + 1]) + e * (ahead[s + 3] + behind[s])
+            )
+    for d in range(fours + 1, half + 1):
         weight = kernel[d]
         ahead, behind = x[d : d + count], x[count - d : 2 * count - d]
         for s in range(count):
