@@ -15,7 +15,7 @@ SOURCES := src tests workflow docs
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run test architecture reliability mutation crate-check check format lock clean
+.PHONY: help env run browser test architecture reliability mutation crate-check check format lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -61,6 +61,14 @@ $(CRATE)/.installed: requirements-crate.lock
 	@$(CRATE)/venv/bin/pip --disable-pip-version-check -qq install \
 		--requirement requirements-crate.lock
 	@touch $@
+
+browser: ## install Chromium on Debian, for the tests of the explorer's page (½ min, 120 MB)
+	@command -v chromium >/dev/null && command -v chromedriver >/dev/null || { \
+	echo "Installing chromium and chromium-driver"; \
+	as_root=$$([ "$$(id -u)" -eq 0 ] || echo sudo); \
+	$$as_root apt-get update --quiet=2 && \
+	$$as_root env DEBIAN_FRONTEND=noninteractive apt-get install --quiet=2 --yes \
+		--no-install-recommends chromium chromium-driver; }
 
 run: env ## run the workflow (CORES=2 SCENARIO=demo)
 	@$(BIN)/snakemake --cores $(CORES) --config scenario=$(SCENARIO)

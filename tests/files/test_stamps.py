@@ -17,6 +17,8 @@ from softslip.files.stamps import (
     FORMATS,
     check_figure,
     content_digest,
+    labelled_page,
+    page_digest,
     read_labels,
     sealed,
     unsealed,
@@ -155,3 +157,50 @@ def test_only_what_has_one_place_for_its_digest_is_sealed(content):
     double = content + content
     with pytest.raises(ValueError, match=r"[02] digests"):
         sealed(double)
+
+
+HTML = b'<p>1 &lt; 2</p><script type="application/json" id="labels"></script><p>end</p>'
+
+
+def page(path, html=HTML, labels=LABELS, provenance=PROVENANCE):
+    whole = {**labels, "provenance": provenance, CONTENT_DIGEST: page_digest(html, labels)}
+    path.write_bytes(sealed(labelled_page(html, unsealed(whole))))
+    return path
+
+
+def test_labels_of_a_page_come_back(tmp_path):
+    path = page(tmp_path / "page.html")
+    labels = check_figure(path)
+    assert labels == read_labels(path)
+    assert {key: labels[key] for key in LABELS} == LABELS
+    # What stands in the labels ends no element.
+    assert path.read_bytes().count(b"<") == HTML.count(b"<")
+
+
+def test_the_content_of_a_page_is_all_but_what_passes(tmp_path):
+    def content(**changes):
+        return check_figure(page(tmp_path / "page.html", **changes))[CONTENT_DIGEST]
+
+    assert content() == content(provenance={"host": "there"})
+    assert content() != content(html=HTML + b" ")
+    assert content() != content(labels={**LABELS, "run": "other"})
+
+
+@given(place=st.floats(0, 1, exclude_max=True), bit=st.integers(0, 7))
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_no_damage_of_a_page_is_missed(tmp_path, place, bit):
+    path = page(tmp_path / "page.html")
+    content = bytearray(path.read_bytes())
+    content[int(place * len(content))] ^= 1 << bit
+    path.write_bytes(content)
+    with pytest.raises(DatasetError, match=r"page\.html"):
+        check_figure(path)
+
+
+@pytest.mark.parametrize("html", [b"<p>no place</p>", HTML + HTML])
+def test_a_page_has_one_place_for_labels(tmp_path, html):
+    with pytest.raises(ValueError, match="elements for labels"):
+        labelled_page(html, "{}")
+    (tmp_path / "page.html").write_bytes(html)
+    with pytest.raises(DatasetError, match="is no figure of softslip, or is damaged"):
+        read_labels(tmp_path / "page.html")

@@ -73,10 +73,11 @@ TABLE = [
     ("compare", "analysis.against_paper"),
     ("", "analysis.comparison_markdown"),
     ("gather draw", "analysis.observables.velocity_fields"),
-    ("gather draw", "analysis.observables.contours"),
+    ("gather draw explorer", "analysis.observables.contours"),
     ("gather", "analysis.observables.structure"),
-    ("gather fit compare draw coverage", "analysis.observables.seeds analysis.observables.tables"),
-    ("gather draw tradeoff", "analysis.observables.series"),
+    ("gather fit compare draw coverage", "analysis.observables.seeds"),
+    ("gather fit compare draw coverage explorer", "analysis.observables.tables"),
+    ("gather draw tradeoff explorer", "analysis.observables.series"),
     ("gather draw tradeoff coverage", "analysis.observables.correlation"),
     ("gather draw tradeoff coverage", "analysis.observables.falling"),
     ("gather draw tradeoff coverage", "analysis.observables.truncation"),
@@ -92,7 +93,11 @@ TABLE = [
     # It only collects names.
     ("", "studies.coverage studies.coverage.coverage_markdown"),
     ("coverage", "studies.coverage.*"),
+    # The page has the markers and colours of the figures.
+    ("draw explorer", "analysis.figures.drawing analysis.figures.markers analysis.figures.panels"),
     ("draw", "analysis.figures analysis.figures.*"),
+    ("", "analysis.explorer"),
+    ("explorer", "analysis.explorer.*"),
     (MEASURED, "studies.scenes studies.timing studies.boxes studies.membrane_nodes"),
     ("bench tradeoff", "studies.bench.trajectories studies.interval_means"),
     ("bench", "studies.bench.*"),
@@ -329,7 +334,7 @@ def test_what_commands_call_of_the_rooms_that_compute_is_in_a_fingerprint(packag
 HANDED = {
     # Files, their labels and seals.
     *("CONTENT_DIGEST", "FLAG_ATTRIBUTES", "FORMATS", "content_digest", "read_dataset"),
-    *("replacing", "sealed", "unsealed", "with_text"),
+    *("labelled_page", "page_digest", "replacing", "sealed", "unsealed", "with_text"),
     # Reading and checking studies; defaults and levels count by themselves.
     *("LEVELS", "NOTHING", "brief", "extra", "in_file", "key_text", "owner", "quantity"),
     *("read_mapping", "relocated"),

@@ -71,6 +71,7 @@ def made() -> Path:
     _make("compare", curve, fits, "--output", results / "comparison.nc")
     for name, data, picture in drawings(load_scenario(str(source)), results):
         _make("draw", name, *data, "--output", picture)
+    _make("explorer", source, "--results", results, "--output", results / "explorer.html")
     return folder
 
 

@@ -42,6 +42,7 @@ def test_stresses_share_packing_expansion_and_ageing(copy: Path) -> None:
     assert stages == {"packing": 2, "expansion": 2, "ageing": 2, "shear": 20}
     assert found["figure"] == 9
     assert found["snapshot"] == 20
+    assert found["explorer"] == 1
 
 
 TOY = '''

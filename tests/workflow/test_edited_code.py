@@ -22,7 +22,10 @@ REMARK = "\n    # A remark.\n"
 DRAWN = len(figures_of("figure"))
 FROM_FITS = sum(FITS in FIGURES[name].parents for name in figures_of("figure"))
 
-AFTER_TABLES = {"gather": len(TABLES), "fit": 1, "compare": 1, "figure": DRAWN, "snapshot": 1}
+AFTER_TABLES = {
+    **{"gather": len(TABLES), "fit": 1, "compare": 1},
+    **{"figure": DRAWN, "snapshot": 1, "explorer": 1},
+}
 AFTER_SHEAR = {"shear": 1, **AFTER_TABLES}
 AFTER_EXPANSION = {"expansion": 1, "ageing": 1, **AFTER_SHEAR}
 

@@ -45,7 +45,8 @@ def test_the_same_scenario_gives_the_same_bytes(tmp_path: Path) -> None:
                 same = bool((variable.values == other.values).all())
             assert same, f"{path}: {name} differs"
         assert dataset.attrs[CONTENT_DIGEST] == second[path].attrs[CONTENT_DIGEST], f"{path}"
-    figures = sorted((tmp_path / "first").glob("results/ci/figures/**/*.png"))
+    results = tmp_path / "first" / "results" / "ci"
+    figures = sorted([*results.glob("figures/**/*.png"), results / "explorer.html"])
     assert len(figures) == len(expected - data)
     for figure in figures:
         twin = tmp_path / "second" / figure.relative_to(tmp_path / "first")

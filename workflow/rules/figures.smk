@@ -1,6 +1,6 @@
 # The paper's figures from the datasets.
 
-from softslip.files.products import figures_of
+from softslip.files.products import EXPLORER, PAGES, TABLES as TABLED, figures_of
 
 
 rule figure:
@@ -68,3 +68,26 @@ for figure_name in figures_of("figure"):
         input:
             f"{RESULTS}/figures/{figure_name}.png",
         localrule: True
+
+
+rule explorer:
+    input:
+        [f"{RESULTS}/{table}.nc" for table in PAGES[EXPLORER].parents if table in TABLED],
+        SHEARED,
+    output:
+        f"{RESULTS}/explorer.html",
+    log:
+        f"{RESULTS}/logs/explorer.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/explorer.tsv"
+    conda:
+        f"../{ENVIRONMENT}"
+    params:
+        fingerprint=fingerprint("explorer"),
+        scenario=not_counted(SOURCE),
+        results=lambda wildcards, output: os.path.dirname(output[0]),
+    message:
+        "Writing the page of all runs"
+    shell:
+        "softslip explorer {params.scenario:q} --results {params.results:q}"
+        " --output {output:q} 2> {log:q}"

@@ -48,6 +48,9 @@ COMMANDS: Mapping[str, Mapping[str, str]] = {
     },
     "export": {"export": "Write the numbers that a figure shows, or a dataset holds, as CSV."},
     "draw": {"draw": "Draw a figure from datasets."},
+    "explorer": {
+        "explorer": "Write a page for the browser that shows all runs of a scenario.",
+    },
     "trace": {
         "trace": "Say what a figure, a dataset or a value was made from, back to seeds, commits "
         "and hosts.",

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from softslip.config.fields import value_at
 from softslip.config.paper_material import MATERIAL, departures
 from softslip.config.stages import STAGES
-from softslip.files.layout import DATASET, FIGURE, benchmark_of
-from softslip.files.products import DATASETS, FIGURES, SNAPSHOT, FigureEntry, figures_of
+from softslip.files.layout import DATASET, FIGURE, PAGE, benchmark_of
+from softslip.files.products import DATASETS, FIGURES, PAGES, SNAPSHOT, FigureEntry, figures_of
 
 if TYPE_CHECKING:
     from softslip.config.scenario import Scenario
@@ -75,7 +75,7 @@ class ExpectedResult:
     name
         Its path in the folder of the results, with slashes.
     figure
-        Which figure it is, nothing if it is a dataset.
+        Which figure or page it is, nothing if it is a dataset.
     """
 
     rule: str
@@ -106,3 +106,5 @@ def expected_results(scenario: "Scenario") -> Iterator[ExpectedResult]:
         if row.parameters.recording.snapshots:
             name = f"figures/snapshots/{run}.png"
             yield ExpectedResult(SNAPSHOT, FIGURE, run, name, SNAPSHOT)
+    for page, entry in PAGES.items():
+        yield ExpectedResult(entry.rule, FIGURE, scenario.name, f"{page}{PAGE}", page)

@@ -3,6 +3,9 @@
 DATASET = ".nc"
 """Suffix of datasets."""
 
+PAGE = ".html"
+"""Suffix of pages for a browser."""
+
 FIGURE = "figure"
 """What stands where a dataset has its stage."""
 

@@ -1,8 +1,9 @@
-"""What the workflow makes of runs: tables, fits and figures, one entry each.
+"""What the workflow makes of runs: tables, fits, figures and pages, one entry each.
 
 A new figure is a function that draws it and its entry in `FIGURES`; a new table is a function that
-gathers it and its entry in `DATASETS`. Functions are named by text, ``module:function``, and
-imported by those who call them, so that neither the workflow nor the stages need what draws.
+gathers it and its entry in `DATASETS`; a page for a browser has its entry in `PAGES`. Functions
+are named by text, ``module:function``, and imported by those who call them, so that neither the
+workflow nor the stages need what draws.
 """
 
 from collections.abc import Mapping
@@ -21,6 +22,9 @@ COMPARISON = "comparison"
 
 SNAPSHOT = "snapshot"
 """Figure of one run, and its rule."""
+
+EXPLORER = "explorer"
+"""Page that shows all runs of a scenario, its rule and its command."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +60,7 @@ class TableEntry:
 
 @dataclass(frozen=True)
 class FigureEntry:
-    """A figure.
+    """A figure, or a page for a browser.
 
     Attributes
     ----------
@@ -64,7 +68,8 @@ class FigureEntry:
         Of the figure and its file.
     rule
         The rule of the workflow that draws it: ``figure`` shows all runs of a scenario, `SNAPSHOT`
-        one run; ``bench_figure`` and ``numerics_figure`` show measurements of the software.
+        one run, `EXPLORER` is a page; ``bench_figure`` and ``numerics_figure`` show measurements
+        of the software.
     parents
         The datasets that it shows: their stage, or their stage and run.
     function
@@ -225,6 +230,19 @@ FIGURES: Mapping[str, FigureEntry] = {
 }
 """Figures."""
 
+PAGES: Mapping[str, FigureEntry] = {
+    entry.name: entry
+    for entry in (
+        FigureEntry(
+            EXPLORER,
+            EXPLORER,
+            ("flow_curve", "creep", "profiles", "shear", ANY_MORE),
+            "softslip.analysis.explorer.page:explorer_page",
+        ),
+    )
+}
+"""Pages for a browser: figures that can be asked, each in one file beside the datasets."""
+
 
 def figures_of(rule: str) -> tuple[str, ...]:
     """Return the names of the figures that a rule of the workflow draws."""
@@ -241,6 +259,10 @@ def rules_before(rule: str) -> tuple[str, ...]:
     if rule in STAGES:
         return STAGES[: STAGES.index(rule)][-1:]
     makers = {**{stage: stage for stage in STAGES}, **{t.name: t.rule for t in DATASETS.values()}}
-    entries: list[TableEntry | FigureEntry] = [*DATASETS.values(), *FIGURES.values()]
+    entries: list[TableEntry | FigureEntry] = [
+        *DATASETS.values(),
+        *FIGURES.values(),
+        *PAGES.values(),
+    ]
     parents = (parent for entry in entries if entry.rule == rule for parent in entry.parents)
-    return tuple(dict.fromkeys(makers[parent] for parent in parents))
+    return tuple(dict.fromkeys(makers[each] for each in parents if each != ANY_MORE))

@@ -1,8 +1,8 @@
 """What a figure carries of itself: labels within the file, and two digests of what it is.
 
-The labels are a JSON object in the field that is for descriptions. `CONTENT_DIGEST` is of what a
-rerun repeats, the picture and the labels that last; `RECORD_DIGEST` is of every byte of the
-file but its own digits.
+The labels are a JSON object in the field that is for descriptions, and in a page in an element of
+their own. `CONTENT_DIGEST` is of what a rerun repeats, the picture and the labels that
+last; `RECORD_DIGEST` is of every byte of the file but its own digits.
 """
 
 import hashlib
@@ -19,15 +19,20 @@ import numpy as np
 from PIL import Image
 
 from softslip.errors import DatasetError
+from softslip.files.layout import PAGE
 from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST, VOLATILE
 from softslip.messages import file_text
 
 FORMATS = (".png", ".svg", ".pdf")
 """File types of figures."""
 
+LABELLED = (*FORMATS, PAGE)
+"""File types that carry labels: figures, and pages for a browser."""
+
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _DIGITS = 64
 _PLACE = re.compile(rb'"' + RECORD_DIGEST.encode() + rb'": "([0-9a-f]{64})"')
+_LABELS = re.compile(rb'(<script type="application/json" id="labels">)([^<]*)(</script>)')
 _DESCRIPTION = "{http://purl.org/dc/elements/1.1/}description"
 
 
@@ -43,10 +48,19 @@ def content_digest(picture: bytes, labels: Mapping[str, Any]) -> str:
     """
     with Image.open(io.BytesIO(picture)) as image:
         pixels = np.asarray(image.convert("RGBA"))
-    left_out = (*VOLATILE, CONTENT_DIGEST, RECORD_DIGEST)
-    lasting = {key: value for key, value in labels.items() if key not in left_out}
-    text = json.dumps([lasting, pixels.shape], sort_keys=True)
+    text = json.dumps([_lasting(labels), pixels.shape], sort_keys=True)
     return hashlib.sha256(text.encode() + pixels.tobytes()).hexdigest()
+
+
+def page_digest(page: bytes, labels: Mapping[str, Any]) -> str:
+    """Return the SHA-256 of a page without its labels, and of the labels that last."""
+    text = json.dumps(_lasting(labels), sort_keys=True)
+    return hashlib.sha256(text.encode() + without_labels(page)).hexdigest()
+
+
+def _lasting(labels: Mapping[str, Any]) -> dict[str, Any]:
+    left_out = (*VOLATILE, CONTENT_DIGEST, RECORD_DIGEST)
+    return {key: value for key, value in labels.items() if key not in left_out}
 
 
 def unsealed(labels: Mapping[str, Any]) -> str:
@@ -75,6 +89,27 @@ def with_text(picture: bytes, fields: Mapping[str, str]) -> bytes:
     return picture[:end] + chunks + picture[end:]
 
 
+def labelled_page(page: bytes, text: str) -> bytes:
+    """Return a page with other labels, as JSON, in the element that it has for them.
+
+    Raises
+    ------
+    ValueError
+        When it has no such element, or several.
+    """
+    # Nothing in it may end the element.
+    safe = text.replace("<", "\\u003c").encode("ascii")
+    changed, count = _LABELS.subn(lambda found: found[1] + safe + found[3], page)
+    if count != 1:
+        raise ValueError(f"{count} elements for labels")
+    return changed
+
+
+def without_labels(page: bytes) -> bytes:
+    """Return a page whose element for labels is empty."""
+    return labelled_page(page, "")
+
+
 def read_labels(path: Path) -> dict[str, Any]:
     """Return the labels of a figure.
 
@@ -100,13 +135,17 @@ def check_figure(path: Path) -> dict[str, Any]:
         altered = _digest(content) != labels.get(RECORD_DIGEST)
     except ValueError:
         altered = True
-    if not altered and path.suffix == ".png":
-        altered = content_digest(content, labels) != labels.get(CONTENT_DIGEST)
+    if not altered and path.suffix in _DIGESTS:
+        altered = _DIGESTS[path.suffix](content, labels) != labels.get(CONTENT_DIGEST)
     if altered:
         raise DatasetError(
             f"{file_text(path)}: has been altered since it was drawn; delete it and redraw it"
         )
     return labels
+
+
+_DIGESTS = {".png": content_digest, PAGE: page_digest}
+"""Content digests that can be recomputed from the file; others are of the picture drawn with."""
 
 
 def _content(path: Path) -> bytes:
@@ -117,7 +156,7 @@ def _content(path: Path) -> bytes:
 
 
 def _labels(path: Path, content: bytes) -> dict[str, Any]:
-    readers = {".png": _png_text, ".svg": _svg_text, ".pdf": _pdf_text}
+    readers = {".png": _png_text, ".svg": _svg_text, ".pdf": _pdf_text, PAGE: _page_text}
     try:
         found = json.loads(readers[path.suffix](content))
     # What the libraries raise for a damaged file has no common base.
@@ -150,6 +189,13 @@ def _pdf_text(content: bytes) -> str:
     if metadata is None or metadata.subject is None:
         raise ValueError("no subject")
     return str(metadata.subject)
+
+
+def _page_text(content: bytes) -> str:
+    found = _LABELS.findall(content)
+    if len(found) != 1:
+        raise ValueError(f"{len(found)} elements for labels")
+    return str(found[0][1], "ascii")
 
 
 def _digest(content: bytes) -> str:

@@ -8,9 +8,9 @@ from pathlib import Path
 
 from softslip.config.stages import STAGES
 from softslip.errors import DatasetError
-from softslip.files.layout import DATASET, FIGURE
-from softslip.files.products import SNAPSHOT
-from softslip.files.stamps import FORMATS
+from softslip.files.layout import DATASET, FIGURE, PAGE
+from softslip.files.products import PAGES, SNAPSHOT
+from softslip.files.stamps import LABELLED
 from softslip.messages import file_text
 from softslip.provenance.product_labels import Parent, Product, read_product
 
@@ -33,6 +33,8 @@ def usual_place(stage: str, run: str, title: str = "", suffix: str = DATASET) ->
         return f"{stage}/{run}{suffix}"
     if stage != FIGURE:
         return f"{stage}{suffix}"
+    if title in PAGES:
+        return f"{title}{PAGE}"
     return f"figures/{f'snapshots/{run}' if title == SNAPSHOT else title}{suffix}"
 
 
@@ -76,7 +78,7 @@ class Archive:
 
     @cached_property
     def _listing(self) -> tuple[tuple[Path, ...], dict[Path, str]]:
-        suffixes, refused = (DATASET, *FORMATS), list[OSError]()
+        suffixes, refused = (DATASET, *LABELLED), list[OSError]()
         every = (
             Path(folder, name)
             for folder, _, names in os.walk(self.folder, onerror=refused.append)

@@ -94,7 +94,7 @@ class Job:
         threads: int = 1,
         restarts: int = 0,
         core_seconds: float | None = None,
-        **more: str,
+        **more: Any,
     ) -> dict[str, Any]:
         """Return all that differs between two runs of the same thing.
 

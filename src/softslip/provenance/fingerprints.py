@@ -26,7 +26,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from softslip.files.products import FIGURES, TABLES, FigureEntry, TableEntry
+from softslip.files.products import EXPLORER, FIGURES, PAGES, TABLES, FigureEntry, TableEntry
 from softslip.provenance.bindings import DEFAULTS, EFFECTS, WHOLE, Key, ModuleName
 from softslip.provenance.definitions import Package
 
@@ -48,6 +48,7 @@ ENTRIES: Mapping[str, tuple[str, ...]] = {
     "fit": ("softslip.analysis.fits",),
     "compare": ("softslip.analysis.against_paper.against_paper",),
     "draw": ("softslip.analysis.figures", *_functions(FIGURES)),
+    EXPLORER: (*_functions(PAGES), "softslip.analysis.explorer.page.save_page"),
     "bench": ("softslip.studies.bench",),
     "validation": ("softslip.studies.validation", "softslip.studies.validation.sweeps.sweep"),
     "tradeoff": (
@@ -67,8 +68,18 @@ that a module defines and imports."""
 DEFAULTED = ("bench", "validation", "tradeoff", "stability")
 """Measurements: they set some parameters and leave others at their defaults, whose values count."""
 
-DATA: Mapping[str, tuple[str, ...]] = {"draw": ("analysis/figures/style.mplstyle",)}
-"""Files of the package whose contents change what a stage makes, as lines with # comments."""
+COMMENTED = ".mplstyle"
+"""Suffix of files of data with comments that begin with #."""
+
+_PROGRAM = ("explorer.html", "explorer.css", "numbers.js", "verdict_markers.js", "selection.js")
+
+DATA: Mapping[str, tuple[str, ...]] = {
+    "draw": ("analysis/figures/style.mplstyle",),
+    EXPLORER: tuple(
+        f"analysis/explorer/{name}" for name in (*_PROGRAM, "panels.js", "run_details.js")
+    ),
+}
+"""Files of the package whose contents change what a stage makes."""
 
 UNCOUNTED_DATA = ("config/accuracy.json", "operations/costs.json")
 """Files that only choose values of parameters, or only say what runs cost.
@@ -200,9 +211,10 @@ def _digest_from(package: Package, root: Key) -> str:
 
 
 def _settings(path: Path) -> str:
-    """Return the lines of a file of data without comments and empty ones."""
+    """Return the lines of a file of data without empty ones, and without comments."""
     lines = (line.strip() for line in path.read_text("utf-8").splitlines())
-    return "\n".join(line for line in lines if line and not line.startswith("#"))
+    comment = "#" if path.suffix == COMMENTED else None
+    return "\n".join(line for line in lines if line and line[0] != comment)
 
 
 def _digest(text: str) -> str:

@@ -9,7 +9,8 @@ from typing import Any
 from softslip.errors import DatasetError
 from softslip.files.labels import LABELS, text_attributes
 from softslip.files.layout import DATASET, FIGURE
-from softslip.files.stamps import FORMATS, read_labels
+from softslip.files.products import PAGES
+from softslip.files.stamps import LABELLED, read_labels
 from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST, VOLATILE
 from softslip.messages import file_text
 
@@ -74,6 +75,11 @@ class Product:
         return self.stage == FIGURE
 
     @property
+    def is_page(self) -> bool:
+        """Whether it is a page for a browser."""
+        return self.is_figure and self.title in PAGES
+
+    @property
     def label(self) -> str:
         """What people call it: stage and run, or a figure's name and run."""
         return f"{self.title if self.is_figure else self.stage} {self.run}"
@@ -87,8 +93,8 @@ def read_product(path: Path) -> Product:
     DatasetError
         When the file is missing, cannot be read, or has no labels.
     """
-    if path.suffix != DATASET and path.suffix not in FORMATS:
-        endings = ", ".join((DATASET, *FORMATS))
+    if path.suffix != DATASET and path.suffix not in LABELLED:
+        endings = ", ".join((DATASET, *LABELLED))
         raise DatasetError(f"{file_text(path)}: is no result; give a file that ends in {endings}")
     if path.suffix != DATASET:
         return product_of(path, read_labels(path))

@@ -44,6 +44,7 @@ They are in the metadata themselves, so that these can be read without fetching 
 
 ENCODINGS: Mapping[str, str] = {
     ".cff": "application/yaml",
+    ".html": "text/html",
     ".md": "text/markdown",
     ".nc": "application/x-netcdf",
     ".png": "image/png",

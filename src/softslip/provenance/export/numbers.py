@@ -11,8 +11,9 @@ import xarray as xr
 
 from softslip.analysis import figures
 from softslip.analysis.figures.shown import Quantity, Series, coordinates, quantity, shown
+from softslip.config.stages import STAGES
 from softslip.errors import DatasetError
-from softslip.files.layout import DATASET
+from softslip.files.layout import DATASET, PAGE
 from softslip.files.products import FIGURES
 from softslip.files.stamps import FORMATS, check_figure, read_labels
 from softslip.files.storage import CONTENT_DIGEST, read_dataset
@@ -207,6 +208,13 @@ def target_table(target: str, results: Path | None = None) -> tuple[Table, tuple
     if not os.path.exists(path) and f"{DATASET}:" in target:
         before, _, variable = target.rpartition(":")
         path = Path(before)
+    if path.suffix == PAGE:
+        datasets = [f"{parent.stage}{DATASET}" for parent in read_product(path).parents]
+        shown_in_full = (name for name in datasets if name.removesuffix(DATASET) not in STAGES)
+        raise DatasetError(
+            f"{file_text(path)}: shows numbers of several datasets; export these instead: "
+            f"{', '.join(file_text(path.parent / name) for name in shown_in_full)}"
+        )
     if path.suffix in FORMATS and variable is None:
         return figure_table(path, results)
     return dataset_table(path, variable), ()

@@ -18,7 +18,7 @@ from softslip.config.scenario import Scenario
 from softslip.config.stages import STAGES, stage_ids, stage_paths
 from softslip.files.expected_results import expected_results
 from softslip.files.layout import DATASET, FIGURE
-from softslip.files.products import DATASETS, TABLES, shows_one_run
+from softslip.files.products import DATASETS, PAGES, TABLES, shows_one_run
 from softslip.messages import brief, file_text
 from softslip.provenance.archive import Archive, usual_place
 from softslip.provenance.attribution import UNKNOWN
@@ -33,7 +33,12 @@ CODE = {
     **{table.name: table.rule for table in DATASETS.values()},
     FIGURE: "draw",
 }
-"""Whose fingerprint is that of the code that made a product."""
+"""Whose fingerprint is that of the code that made a product, by its stage."""
+
+
+def code_of(product: Product) -> str | None:
+    """Return whose fingerprint is that of the code that made a product, None if nobody's."""
+    return PAGES[product.title].rule if product.is_page else CODE.get(product.stage)
 
 
 class Remark(str):
@@ -67,7 +72,7 @@ class Consistency:
 
     def is_of_other_code(self, product: Product) -> bool:
         """Return whether a product was made by other code than there is now."""
-        stage = CODE.get(product.stage)
+        stage = code_of(product)
         return stage is not None and product.provenance.get("fingerprint") != fingerprint(stage)
 
     @cached_property

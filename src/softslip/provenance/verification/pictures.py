@@ -1,4 +1,4 @@
-"""A figure and the same redrawn, by what can be seen of them."""
+"""A figure or page and the same redrawn, by what can be seen of them."""
 
 import re
 from collections.abc import Iterator
@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
+from softslip.files.layout import PAGE
+from softslip.files.stamps import without_labels
 from softslip.provenance.product_labels import PASSING
 from softslip.provenance.verification.tolerances import Difference, different
 
@@ -19,6 +21,7 @@ CONTRAST = 32
 """Difference of a colour, of 255, from which a pixel counts as different."""
 
 _SVG_LABELS = re.compile(rb"<dc:description>.*?</dc:description>", re.DOTALL)
+_PAGE_DATA = re.compile(rb'<script type="application/json" id="data">([^<]*)</script>')
 _PDF_LABELS = b"/Subject "
 
 
@@ -32,8 +35,21 @@ def figure_differences(
             yield different(f"{key} (label)")
     if recorded.suffix == ".png":
         yield _pixels(recorded, rerun)
+    elif recorded.suffix == PAGE:
+        yield from _page_parts(recorded, rerun)
     elif drawing(recorded) != drawing(rerun):
         yield different("drawing")
+
+
+def _page_parts(recorded: Path, rerun: Path) -> Iterator[Difference]:
+    """Compare the numbers of two pages, and apart from them what shows the numbers."""
+    ours, theirs = (
+        _PAGE_DATA.split(without_labels(each.read_bytes())) for each in (recorded, rerun)
+    )
+    if ours[1::2] != theirs[1::2]:
+        yield different("numbers")
+    apart = float(ours[::2] != theirs[::2])
+    yield Difference("program", apart, 1.0, "the same numbers shown by another release")
 
 
 def _pixels(recorded: Path, rerun: Path) -> Difference:
@@ -51,6 +67,8 @@ def _pixels(recorded: Path, rerun: Path) -> Difference:
 def drawing(path: Path) -> bytes:
     """Return what a drawing is without its labels; nothing of one that is made of pixels."""
     content = path.read_bytes()
+    if path.suffix == PAGE:
+        return without_labels(content)
     if path.suffix == ".svg":
         return _SVG_LABELS.sub(b"", content)
     # The labels are in the last object; after it only come the places of all objects.

@@ -18,7 +18,7 @@ import numpy as np
 from softslip.config.scenario import FOLDER as SCENARIOS
 from softslip.errors import CheckpointError, DatasetError
 from softslip.files.layout import CHECKPOINTS, FIGURE
-from softslip.files.products import DATASETS, TABLES
+from softslip.files.products import DATASETS, PAGES, TABLES
 from softslip.messages import enumerated, file_text
 from softslip.provenance.archive import Archive
 from softslip.provenance.fingerprints import fingerprint
@@ -228,12 +228,14 @@ def _command(rerun: Rerun, scenario: Path, results: Path, work: Path, output: Pa
     product, archive = rerun.product, Archive(results)
     parents = [str(archive.place(parent)) for parent in product.parents]
     end = ["--output", str(output)]
-    if product.stage in TABLES:
+    if product.stage in TABLES or product.is_page:
         linked = work / "parents"
-        (linked / "shear").mkdir(parents=True)
         for parent in parents:
-            (linked / "shear" / Path(parent).name).symlink_to(parent)
-        return ["gather", product.stage, str(scenario), "--results", str(linked), *end]
+            link = linked / Path(parent).relative_to(results)
+            link.parent.mkdir(parents=True, exist_ok=True)
+            link.symlink_to(parent)
+        words = [PAGES[product.title].rule] if product.is_page else ["gather", product.stage]
+        return [*words, str(scenario), "--results", str(linked), *end]
     if product.stage in DATASETS:
         return [DATASETS[product.stage].rule, *parents, *end]
     if product.stage == FIGURE:
