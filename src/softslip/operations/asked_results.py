@@ -12,7 +12,7 @@ from softslip.config.scenario import FOLDER, Scenario
 from softslip.config.stages import STAGES
 from softslip.files.expected_results import expected_results
 from softslip.files.layout import DATASET
-from softslip.files.stamps import LABELLED
+from softslip.files.stamps import FORMATS
 from softslip.messages import file_text
 
 _OF_RUNS = {stage: stage for stage in STAGES} | {"figures/snapshots": "shear"}
@@ -41,7 +41,7 @@ def why_not(word: str, scenario: Scenario, results: Path) -> str:
         A sentence; nothing if it makes the file, or if the word does not name one of its kind.
     """
     path = Path(os.path.relpath(word)) if word else Path()
-    if path.suffix not in (DATASET, *LABELLED):
+    if path.suffix not in (DATASET, *FORMATS):
         return ""
     if not path.is_relative_to(results):
         return _of_another(path, scenario, results)

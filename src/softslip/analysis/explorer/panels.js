@@ -142,17 +142,19 @@ function lineTrace(line, colour, dashed, width) {
   };
 }
 
-// What marks the chosen run in a panel. Shapes can be moved without drawing the rest again.
-function ring(x, y) {
+// What marks the chosen run in a panel: a frame around its point, or a line over its curve. Shapes
+// can be moved without drawing the rest again.
+const FRAME = "M-9,-9L9,-9L9,9L-9,9Z";
+
+function frame(x, y) {
   const [left, up] = [x.values[chosen.run], y.values[chosen.run]];
-  const isThere = [left, up].every((value) => value > 0 || (!chosen.logarithmic && value <= 0));
-  if (!isThere) return [];
+  const isDrawn = (value) => Number.isFinite(value) && (!chosen.logarithmic || value > 0);
+  if (!isDrawn(left) || !isDrawn(up)) return [];
   const place = { xsizemode: "pixel", ysizemode: "pixel", xanchor: left, yanchor: up };
-  const ends = { x0: -9, x1: 9, y0: -9, y1: 9 };
-  return [{ type: "circle", ...place, ...ends, line: { color: "black", width: 2 } }];
+  return [{ type: "path", path: FRAME, ...place, line: { color: "black", width: 2 } }];
 }
 
-function band(name, logarithmic) {
+function overline(name, logarithmic) {
   const { x, y } = curve(name, chosen.run);
   let pen = "M";
   let path = "";
@@ -167,7 +169,8 @@ function band(name, logarithmic) {
 const MARKS = {};
 
 function marksOf(id) {
-  return chosen.run !== null && shownRuns().includes(chosen.run) ? MARKS[id]() : [];
+  const isShown = chosen.run !== null && shownRuns().includes(chosen.run);
+  return isShown ? MARKS[id]() : [];
 }
 
 function moveMarks() {
@@ -214,7 +217,7 @@ function drawFlowCurve() {
     axisLayout(`${x.symbol} [${DATA.quantities[rate][0]}]`, chosen.logarithmic),
     axisLayout(`σ [${DATA.quantities.shear_stress[0]}]`, chosen.logarithmic),
   ];
-  draw("flow-curve", traces, () => ring(x, y), axes, [hiddenNote(hidden)]);
+  draw("flow-curve", traces, () => frame(x, y), axes, [hiddenNote(hidden)]);
 }
 
 function drawSlip() {
@@ -225,7 +228,7 @@ function drawSlip() {
     axisLayout(`σ [${DATA.quantities.shear_stress[0]}]`, chosen.logarithmic),
     axisLayout(`V<sub>s</sub> [${DATA.quantities.slip_velocity[0]}]`, chosen.logarithmic),
   ];
-  draw("slip", traces, () => ring(x, y), axes, [hiddenNote(hidden)]);
+  draw("slip", traces, () => frame(x, y), axes, [hiddenNote(hidden)]);
 }
 
 function drawCreep() {
@@ -236,7 +239,7 @@ function drawCreep() {
     axisLayout(`t [${along_quantity[0]}]`, chosen.logarithmic),
     axisLayout(`${RATE_NAMES[rate]} [${quantity[0]}]`, chosen.logarithmic),
   ];
-  const mark = () => band(rate, chosen.logarithmic);
+  const mark = () => overline(rate, chosen.logarithmic);
   draw("creep", traces, mark, axes, [thinnedNote(rate)]);
 }
 
@@ -246,7 +249,7 @@ function drawProfiles() {
   const traces = curveTraces(name, false, drifts);
   const axes = [axisLayout("y / H", false), axisLayout("v<sub>norm</sub>", false)];
   const dashed = shownRuns().some(drifts) ? "Dashed: walls not steady." : "";
-  draw("profiles", traces, () => band(name, false), axes, [dashed, thinnedNote(name)]);
+  draw("profiles", traces, () => overline(name, false), axes, [dashed, thinnedNote(name)]);
 }
 
 function buildPanels() {

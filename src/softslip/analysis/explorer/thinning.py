@@ -20,7 +20,7 @@ TOLERANCES = (0.0, *(2.5e-4 * 2**number for number in range(13)))
 At 0 none is, 2e-3 is less than a pixel, and at the last every curve is a straight line.
 """
 
-MOST_POINTS = 60_000
+MOST_POINTS = 40_000
 """Points of all runs together up to which none is left out: more take browsers long to draw."""
 
 
