@@ -321,7 +321,8 @@ def partial_table(results: Path, folder: Path) -> Path:
     sorted(before.glob("shear/*.nc"))[1].unlink()
     words = ["gather", "creep", small_results.source(results), "--results", before]
     assert call([*words, "--output", after]) == ""
-    (results / "figures" / "fig8.png").unlink()
+    for name in ("figures/fig8.png", "explorer.html"):
+        (results / name).unlink()
     return after
 
 
@@ -548,7 +549,7 @@ def test_forged_last_fits_do_not_come_out_again(results: Path) -> None:
 
 def test_a_forged_last_run_does_not_come_out_again(results: Path) -> None:
     path = only(results, "shear/*.nc")
-    for other in (*results.glob("*.nc"), *results.rglob("*.png")):
+    for other in (*results.glob("*.nc"), *results.glob("*.html"), *results.rglob("*.png")):
         other.unlink()
     change(path, "shear_rate_wall", 1 + 1e-15, place=3)
     assert verified(results).problems == (), "only a rerun can reveal it"
