@@ -31,6 +31,16 @@ def test_the_error_of_three_samples_is_their_scatter():
     assert float(found["slip_velocity_freedom"]) == 2
 
 
+def test_a_mean_depends_on_smoothing_by_no_more_than_its_samples_do_on_average():
+    runs = made([1.0, 2.0, 3.0], [0.1, 0.1, 0.1])
+    changes = {"two": [0.3, np.nan, 0.5], "lost": [0.3, 0.1, np.inf], "none": [np.nan] * 3}
+    told = {f"{name}_smoothing": ("seed", each) for name, each in changes.items()}
+    found = mean_over_seeds(runs.assign(told))
+    assert float(found["two_smoothing"]) == pytest.approx(0.4)
+    assert float(found["lost_smoothing"]) == np.inf
+    assert np.isnan(float(found["none_smoothing"]))
+
+
 def test_the_error_of_two_samples_is_their_own_unless_they_disagree():
     agreeing = mean_over_seeds(made([2.0, 2.0], [0.3, 0.4]))
     assert float(agreeing["slip_velocity_error"]) == pytest.approx(0.25)

@@ -73,7 +73,7 @@ GROWING = {
     "shear": {"time", "profile_time", "wall_distance", "field_x", "field_y"},
     "creep": {"time"},
     "profiles": {"normalised_position"},
-    "structure": {"distance_from_wall", "quantile"},
+    "structure": {"distance_from_wall", "particle_distance", "quantile"},
     "fits": {"confidence"},
 }
 """Variables whose values follow one another."""

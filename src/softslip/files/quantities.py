@@ -91,6 +91,11 @@ QUANTITIES: Mapping[str, DatasetQuantity] = {
         ("total_slip_length", LENGTH, "slip velocity over the bulk shear rate"),
         ("snapshots_used", "1", "number of snapshots averaged"),
         ("distance_from_wall", "1", "distance from the nearer wall over the mean radius"),
+        (
+            "particle_distance",
+            "1",
+            "distance of particles' centroids from the nearer wall over the mean radius",
+        ),
         ("quantile", "1", "share of a wall along which the film is thinner"),
         ("deformation", "1", "stretch of particles, difference of semi-axes over their sum"),
         ("orientation", "degree", "angle of particles' long axis to the flow"),

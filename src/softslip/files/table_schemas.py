@@ -125,15 +125,16 @@ PROFILES = Schema(
 )
 """Mean velocity profiles, from `analysis.observables.profiles`."""
 
-FROM_WALL = "distance_from_wall"
+FROM_WALL, OF_PARTICLES = "distance_from_wall", "particle_distance"
+"""Dimensions of profiles: of the flow, and of what particles are like."""
 
 
-def _profile(name: str, **others: Any) -> dict[str, Variable]:
+def _profile(name: str, dim: str, **others: Any) -> dict[str, Variable]:
     """Return a variable with a value for each distance from the wall, and its error."""
     common: dict[str, Any] = {"unknown": True, "swept": True}
     return {
-        **of_quantity(name, FROM_WALL, **common, **others),
-        **of_quantity(f"{name}_error", FROM_WALL, least=0.0, **common),
+        **of_quantity(name, dim, **common, **others),
+        **of_quantity(f"{name}_error", dim, least=0.0, **common),
     }
 
 
@@ -142,9 +143,10 @@ STRUCTURE = Schema(
         **_RUNS,
         **of_quantity(FROM_WALL, FROM_WALL, above=0.0, increasing=True),
         **of_quantity("quantile", "quantile", above=0.0, increasing=True),
-        **_profile("deformation", least=0.0),
-        **_profile("orientation"),
-        **_profile("fluidity"),
+        **of_quantity(OF_PARTICLES, OF_PARTICLES, above=0.0, increasing=True),
+        **_profile("deformation", OF_PARTICLES, least=0.0),
+        **_profile("orientation", OF_PARTICLES),
+        **_profile("fluidity", FROM_WALL),
         **of_quantity("wall_film", "quantile", unknown=True, swept=True, least=0.0),
         **of_quantity("wall_film_error", "quantile", unknown=True, swept=True, least=0.0),
         **_with_error("correlation_length", least=0.0),

@@ -32,8 +32,6 @@ from softslip.analysis.figures.shown import Quantity, place, quantity, show
 from softslip.analysis.fits.points import DRIVES
 from softslip.analysis.observables import mean_over_seeds
 
-DISTANCE = "distance_from_wall"
-
 PROFILES = {
     "fluidity": ("a", r"fluidity $\dot\gamma/\sigma$ [1 / time unit / stress unit]"),
     "deformation": ("b", r"deformation $D$ [1]"),
@@ -120,12 +118,13 @@ def _draw_profile(
     known = np.isfinite(values)
     if known.sum() < FEWEST:
         return
-    distance = line[DISTANCE].values
+    (dim,) = map(str, line[name].dims)
+    distance = line[dim].values
     axes.plot(distance[known], values[known], color=colour, linestyle=style, linewidth=1.0)
     low, high = (values + sign * np.nan_to_num(error) for sign in (-1, 1))
     look = {"color": colour, "alpha": 0.15, "linewidth": 0}
     axes.fill_between(distance[known], low[known], high[known], **look)
-    names = (DISTANCE, name, f"{name}_error")
+    names = (dim, name, f"{name}_error")
     points = {key: quantity(line[key], line[key].values[known]) for key in names}
     show(axes, panel, name.replace("_", " "), points, place(line))
 

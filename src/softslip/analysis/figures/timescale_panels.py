@@ -5,11 +5,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from numpy.typing import NDArray
 
 from softslip.analysis import paper
 from softslip.analysis.comparable import unlike
 from softslip.analysis.figures.drawing import label_decades
-from softslip.analysis.figures.markers import STEADY, draw_points
+from softslip.analysis.figures.markers import DRIFTING, STEADY, WITHIN_ERROR, draw_points
 from softslip.analysis.figures.panels import Family, is_comparable, leave_empty
 from softslip.analysis.figures.published import WORDS, guide, keep
 from softslip.analysis.figures.shown import Quantity, place, quantity, show
@@ -20,6 +21,13 @@ SHOWN = {
     "slip_time": (r"$\tau_s$ [time unit]", "onset of slip"),
 }
 """How the axis and the panel of each time are called."""
+
+DECIDED = {
+    STEADY: "filled: another smoothing changes the time by no more than its bar",
+    WITHIN_ERROR: "half filled: by more",
+    DRIFTING: "open, dashed bar: it is found with this smoothing only",
+}
+"""What the symbols of times mean, by the verdict on a series that is drawn alike."""
 
 
 def yield_stress_of(cell: xr.Dataset, fits: xr.Dataset) -> tuple[float, str]:
@@ -36,9 +44,35 @@ def yield_stress_of(cell: xr.Dataset, fits: xr.Dataset) -> tuple[float, str]:
     return value, rf"no fit: (d, e) count from the paper's $\sigma_y$ = {value:g}"
 
 
+def decided(cell: xr.Dataset, name: str) -> NDArray[Any]:
+    """Return how well a time is decided, raveled: the verdict that is drawn alike.
+
+    A time has no verdict, as none of a steady state bears on it. Its bar is that of one smoothing
+    of the series; what half and twice the smoothing change is the other part of its uncertainty.
+
+    Parameters
+    ----------
+    cell
+        Averages over seeds.
+    name
+        A key of `SHOWN`.
+    """
+    change, error = (cell[f"{name}{end}"].values.ravel() for end in ("_smoothing", "_error"))
+    found = np.where(change <= error, STEADY, WITHIN_ERROR).astype(object)
+    found[np.isinf(change)] = DRIFTING
+    return found
+
+
+def explained_times(seen: set[str]) -> str:
+    """Say what the symbols of times mean that `draw_times` has drawn, unless all are filled."""
+    if seen <= {STEADY}:
+        return ""
+    return "(d, e) " + "; ".join(words for state, words in DECIDED.items() if state in seen)
+
+
 def draw_times(
     axes: Axes, panel: str, cell: xr.Dataset, family: Family, name: str, yield_stress: float
-) -> None:
+) -> set[str]:
     """Draw a time against the stress above yield, with the paper's power law through it.
 
     Parameters
@@ -53,31 +87,41 @@ def draw_times(
         A key of `SHOWN`.
     yield_stress
         σ_y [stress unit]; NaN leaves nothing to draw.
+
+    Returns
+    -------
+    set of str
+        Which states of `DECIDED` were drawn.
     """
     label, words = SHOWN[name]
     axes.set(xscale="log", yscale="log", ylabel=label)
     axes.set(xlabel=r"$\sigma - \sigma_y$ [stress unit]", title=f"({panel}) {words}")
     found: list[tuple[float, float]] = []
+    seen: set[str] = set()
     for number, _, line in family.members(cell):
         excess = (line["stress"] - yield_stress).broadcast_like(line[name]).values.ravel()
         time, error = (line[f"{name}{end}"].values.ravel() for end in ("", "_error"))
         known = np.isfinite(time) & (excess > 0)
         if not known.any():
             continue
-        steady = np.full(int(known.sum()), STEADY, dtype=object)
-        draw_points(axes, excess[known], time[known], error[known], steady, family.look(number))
+        states = decided(line, name)[known]
+        seen |= set(states.tolist())
+        draw_points(axes, excess[known], time[known], error[known], states, family.look(number))
         points = {
             "stress": quantity(line["stress"], (excess + yield_stress)[known]),
             "stress_above_yield": Quantity(excess[known], "stress unit", "stress above yield"),
             name: quantity(line[name], time[known]),
             f"{name}_error": quantity(line[f"{name}_error"], error[known]),
+            f"{name}_smoothing": quantity(
+                line[f"{name}_smoothing"], line[f"{name}_smoothing"].values.ravel()[known]
+            ),
         }
         show(axes, panel, name.replace("_", " "), points, place(line))
         found += zip(excess[known].tolist(), time[known].tolist(), strict=True)
     if not found:
         reason = "none found" if np.isfinite(yield_stress) else r"$\sigma_y$ is not known"
         leave_empty(axes, reason)
-        return
+        return seen
     x, y = np.array(found).T
     low, high = 0.6 * x.min(), 1.6 * x.max()
     axes.set_xlim(low, high)
@@ -85,11 +129,12 @@ def draw_times(
     power = paper.YIELDING_EXPONENT
     if not is_comparable(cell, family):
         keep(axes, panel, "exponent", power)
-        return
+        return seen
     guide(axes, panel, x, y, power, rf"paper: power ${power.value:g}$")
     if name == "yielding_time":
         _mark_sample(axes, yield_stress)
     axes.legend(loc="lower left", fontsize=WORDS)
+    return seen
 
 
 def _mark_sample(axes: Axes, yield_stress: float) -> None:

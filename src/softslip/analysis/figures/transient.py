@@ -28,7 +28,11 @@ from softslip.analysis.figures.panels import (
     with_dimensions,
 )
 from softslip.analysis.figures.shown import place, quantity, show
-from softslip.analysis.figures.timescale_panels import draw_times, yield_stress_of
+from softslip.analysis.figures.timescale_panels import (
+    draw_times,
+    explained_times,
+    yield_stress_of,
+)
 from softslip.analysis.observables import mean_over_seeds
 
 THIN, THICK = 0.5, 1.4
@@ -46,7 +50,9 @@ def transients(dataset: xr.Dataset, flow_curve: xr.Dataset, fits: xr.Dataset) ->
     single runs where there are several seeds, thick ones their mean. (c) That of the bulk, each
     line style a roughness, averaged over seeds, with a triangle where it yields. (d, e) Yielding
     and slip time against the stress above yield, with the paper's power through them where the
-    material is the paper's. Rates that are not positive leave gaps, and the figure says so.
+    material is the paper's; filled, half filled and open as other smoothings of the series bear
+    them out (`timescale_panels.decided`). Rates that are not positive leave gaps, and the figure
+    says so.
     Further dimensions get two rows of panels each.
 
     Parameters
@@ -64,7 +70,7 @@ def transients(dataset: xr.Dataset, flow_curve: xr.Dataset, fits: xr.Dataset) ->
     rows = facets(mean, *KNOWN)
     figure, panels = grid_of_panels(2 * len(rows), 3, width=WIDE, height=2.75)
     family = Family(ROUGHNESS, tuple(mean[ROUGHNESS].values.tolist()))
-    notes: list[str] = []
+    notes, seen = list[str](), set[str]()
     for number, (title, chosen) in enumerate(rows):
         rates, times = panels[2 * number : 2 * number + 2]
         cell = table.sel(chosen)
@@ -73,15 +79,16 @@ def transients(dataset: xr.Dataset, flow_curve: xr.Dataset, fits: xr.Dataset) ->
         offset, whose = yield_stress_of(cell, selected(fits, chosen))
         notes.append(whose)
         _mark_yielding(rates[2], cell, mean.sel(chosen), offset)
-        draw_times(times[0], "d", cell, family, "yielding_time", offset)
-        draw_times(times[1], "e", cell, family, "slip_time", offset)
+        seen |= draw_times(times[0], "d", cell, family, "yielding_time", offset)
+        seen |= draw_times(times[1], "e", cell, family, "slip_time", offset)
         times[0].set_ylabel(above(title, times[0].get_ylabel()))
     _add_legends(figure, panels, mean, family)
     every = [mean[name].values for name in ("shear_rate_wall", "shear_rate_bulk")]
     with np.errstate(invalid="ignore"):
         gaps = any((rate <= 0).any() for rate in every)
     gap = "gaps: rate not positive" if gaps else ""
-    note_missing(figure, dataset, gap, *dict.fromkeys(notes), known=KNOWN)
+    words = (gap, *dict.fromkeys(notes), explained_times(seen))
+    note_missing(figure, dataset, *words, known=KNOWN)
     return figure
 
 

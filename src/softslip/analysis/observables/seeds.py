@@ -23,7 +23,10 @@ LEAST_SEEDS = 3
 LIKELY_DRIFT = 0.5
 """Share of samples that drift each by itself beyond which their condition drifts."""
 
-ENDINGS = ("_error", "_freedom", "_drift", "_drift_error", "_smoothing")
+SENSITIVITY = "_smoothing"
+"""End of the name of what says how much a number depends on its smoothing at most."""
+
+ENDINGS = ("_error", "_freedom", "_drift", "_drift_error", SENSITIVITY)
 """Ends of the names of what belongs to a mean and is not averaged by itself."""
 
 
@@ -42,7 +45,8 @@ def mean_over_seeds(dataset: xr.Dataset) -> xr.Dataset:
     -------
     xr.Dataset
         Means; ``<name>_error`` for every number, NaN where nothing is known of it, and
-        ``<name>_freedom``; the drift of the mean of series, with its error; verdicts, and flags
+        ``<name>_freedom``; the drift of the mean of series, with its error; the most that a mean
+        depends on smoothing; verdicts, and flags
         that are True where the verdict is steady; other flags, True where they are for every run
         done; ``status``, "done" where any run is; and, new, ``runs`` and ``runs_done``, the number
         of runs behind each cell. Other texts are dropped.
@@ -57,6 +61,9 @@ def mean_over_seeds(dataset: xr.Dataset) -> xr.Dataset:
         elif variable.dtype.kind == "b":
             result[name] = (variable | ~done).all("seed") & done.any("seed")
             result[name].attrs = variable.attrs
+        elif str(name).endswith(SENSITIVITY):
+            # No mean changes by more than the mean of the changes.
+            result[name] = variable.mean("seed").assign_attrs(variable.attrs)
         elif variable.dtype.kind == "f" and not str(name).endswith(ENDINGS):
             result = result.assign(_averaged(dataset, str(name)))
     result = _with_verdicts(dataset, result)

@@ -22,7 +22,11 @@ from softslip.errors import DatasetError
 from softslip.files.quantities import described
 
 BIN = 0.5
-"""Width of a bin of distances from the wall [mean radius]."""
+"""Width of a bin of distances from the wall in the flow, which resolves layers [mean radius]."""
+
+PARTICLE_BIN = 2.0
+"""Width of a bin of particles' distances from the wall: a layer [mean radius]. Narrower ones have
+too few particles each in a box of a hundred."""
 
 QUANTILES = (0.1, 0.5, 0.9)
 """Of the thickness of the film along a wall."""
@@ -45,8 +49,9 @@ def structure(runs: Runs) -> xr.Dataset:
     Returns
     -------
     xr.Dataset
-        Along ``distance_from_wall`` [mean radius], the middles of bins: ``deformation`` (of the
-        mean stretch, see `contours.shapes`), ``orientation`` (of its long axis to the flow),
+        Along ``particle_distance`` [mean radius], the middles of bins of centroids:
+        ``deformation`` (of the mean stretch, see `contours.shapes`) and ``orientation`` (of its
+        long axis to the flow). Along ``distance_from_wall`` [mean radius], narrower bins:
         ``fluidity`` (local shear rate over stress). Along ``quantile``: ``wall_film`` [range of
         the repulsion]. One number a run: ``cooperativity_length``, ``correlation_length`` [mean
         radius], ``structure_snapshots``. Each with ``_error``: the standard error over snapshots
@@ -56,8 +61,10 @@ def structure(runs: Runs) -> xr.Dataset:
     reach = [_half_height(run) for _, run in pairs if run is not None]
     if not reach:
         raise DatasetError(f"none of {len(pairs)} runs is done; run the shear stage first")
-    edges = np.arange(0.0, max(reach) + BIN, BIN)
-    return collect(pairs, lambda run: _structure_of(run, edges)).assign_attrs(title="Structure")
+    edges, wide = (np.arange(0.0, max(reach) + width, width) for width in (BIN, PARTICLE_BIN))
+    return collect(pairs, lambda run: _structure_of(run, edges, wide)).assign_attrs(
+        title="Structure"
+    )
 
 
 def _half_height(run: xr.Dataset) -> float:
@@ -65,19 +72,19 @@ def _half_height(run: xr.Dataset) -> float:
     return 0.5 * given.channel.height / given.suspension.mean_radius
 
 
-def _structure_of(run: xr.Dataset, edges: FloatArray) -> xr.Dataset:
-    """Return all that `structure` says of one run."""
+def _structure_of(run: xr.Dataset, edges: FloatArray, wide: FloatArray) -> xr.Dataset:
+    """Return all that `structure` says of one run, with bins for the flow and for particles."""
     given, start = parameters_of(run), float(steady_state(run)["steady_from"])
     times = run["snapshot_time"].values if "snapshot_time" in run else np.empty(0)
     chosen = [int(place) for place in np.flatnonzero(times >= start)]
-    stretch = _over([_stretch_profile(run, place, edges) for place in chosen], (len(edges) - 1, 2))
+    stretch = _over([_stretch_profile(run, place, wide) for place in chosen], (len(wide) - 1, 2))
     films = _over([_films(run, place) for place in chosen], (len(QUANTILES),))
     bulk = chosen if given.recording.bulk_margin is not None else []
     lengths = _over([np.array(_correlation_length(run, place)) for place in bulk], ())
     fluidity = _over(_fluidity_profiles(run, edges, start), (len(edges) - 1,))
-    middles = 0.5 * (edges[1:] + edges[:-1])
+    middles, centroids = (0.5 * (ends[1:] + ends[:-1]) for ends in (edges, wide))
     cooperativity = cooperativity_length(middles, *fluidity)
-    (mean, error), along = stretch, ("distance_from_wall",)
+    (mean, error), along = stretch, ("particle_distance",)
     size = np.hypot(mean[:, 0], mean[:, 1])
     with np.errstate(invalid="ignore", divide="ignore"):
         turn = np.degrees(
@@ -91,8 +98,8 @@ def _structure_of(run: xr.Dataset, edges: FloatArray) -> xr.Dataset:
                 "deformation_error": (along, spread),
                 "orientation": (along, _angle(mean)),
                 "orientation_error": (along, turn),
-                "fluidity": (along, fluidity[0]),
-                "fluidity_error": (along, fluidity[1]),
+                "fluidity": (("distance_from_wall",), fluidity[0]),
+                "fluidity_error": (("distance_from_wall",), fluidity[1]),
                 "wall_film": (("quantile",), films[0]),
                 "wall_film_error": (("quantile",), films[1]),
                 "correlation_length": float(lengths[0]),
@@ -101,7 +108,11 @@ def _structure_of(run: xr.Dataset, edges: FloatArray) -> xr.Dataset:
                 "cooperativity_length_error": cooperativity[1],
                 "structure_snapshots": float(len(chosen)),
             },
-            coords={"distance_from_wall": middles, "quantile": list(QUANTILES)},
+            coords={
+                "distance_from_wall": middles,
+                "particle_distance": centroids,
+                "quantile": list(QUANTILES),
+            },
         )
     )
 

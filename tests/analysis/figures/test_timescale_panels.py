@@ -1,0 +1,69 @@
+"""Times of yielding and of slip, drawn by how well they are decided."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+
+from softslip.analysis.figures.markers import DRIFTING, STEADY, WITHIN_ERROR
+from softslip.analysis.figures.panels import Family
+from softslip.analysis.figures.shown import shown
+from softslip.analysis.figures.timescale_panels import DECIDED, decided, draw_times, explained_times
+
+STRESS = [0.02, 0.23, 0.3, 0.4, 0.5]
+TIME = [90.0, 30.0, 20.0, 10.0, np.nan]
+CHANGE = [np.inf, 4.0, 6.0, np.inf, np.nan]
+
+
+@pytest.fixture
+def cell():
+    """Of one roughness; each time has an error of 5."""
+    dims = ("roughness", "stress")
+    values = {
+        "yielding_time": (dims, [TIME]),
+        "yielding_time_error": (dims, [[5.0] * 5]),
+        "yielding_time_smoothing": (dims, [CHANGE]),
+    }
+    return xr.Dataset(values, coords={"roughness": [0.0], "stress": STRESS})
+
+
+def drawn(cell, yield_stress):
+    figure = Figure()
+    axes = figure.subplots()
+    family = Family("roughness", (0.0,))
+    return figure, axes, draw_times(axes, "d", cell, family, "yielding_time", yield_stress)
+
+
+def test_a_time_is_as_decided_as_other_smoothings_bear_it_out(cell):
+    found = decided(cell, "yielding_time").tolist()
+    assert found[:4] == [DRIFTING, STEADY, WITHIN_ERROR, DRIFTING]
+
+
+def test_times_are_filled_half_filled_and_open(cell):
+    figure, axes, seen = drawn(cell, 0.1)
+    looks = {}
+    for container in axes.containers:
+        marker, _, bars = container.lines
+        dashed = bars[0].get_linestyle()[0][1] is not None
+        half = marker.get_fillstyle() == "bottom"
+        looks[float(marker.get_ydata()[0])] = (marker.get_markerfacecolor(), half, dashed)
+    blue = looks[30.0][0]
+    assert blue not in ("white", "none")
+    assert looks == {
+        30.0: (blue, False, False),
+        20.0: (blue, True, False),
+        10.0: ("white", False, True),
+    }
+    assert seen == {STEADY, WITHIN_ERROR, DRIFTING}
+    (series,) = (one for one in shown(figure) if one.name == "yielding time")
+    assert series.points["yielding_time_smoothing"].values.tolist() == [4.0, 6.0, np.inf]
+
+
+def test_only_what_is_drawn_is_explained(cell):
+    _, _, seen = drawn(cell.isel(stress=slice(0, 2)), 0.1)
+    assert seen == {STEADY}
+    assert explained_times(seen) == ""
+    words = explained_times({STEADY, DRIFTING})
+    assert words == f"(d, e) {DECIDED[STEADY]}; {DECIDED[DRIFTING]}"
+    _, _, nothing = drawn(cell, np.nan)
+    assert nothing == set()
