@@ -11,10 +11,14 @@ from hypothesis import strategies as st
 from matplotlib.figure import Figure
 from PIL import Image
 
-from softslip.analysis.figures import save_figure
+from softslip.analysis.figures import Movie, save_figure
+from softslip.analysis.figures.film_encoding import encoded
 from softslip.errors import DatasetError
+from softslip.files import video
 from softslip.files.stamps import (
     FORMATS,
+    MOVING,
+    STILLS,
     check_figure,
     content_digest,
     labelled_page,
@@ -36,10 +40,19 @@ def line(height=2.0):
     return figure
 
 
+def figure_for(suffix, height=2.0):
+    """The line, or a movie of it as it rises."""
+    still = line(height)
+    if suffix != MOVING:
+        return still
+    (drawn,) = still.axes[0].lines
+    return Movie(still, 3, (drawn,), lambda number: drawn.set_ydata([1.0, 1.0 + number / 2]))
+
+
 @pytest.fixture(scope="module", params=FORMATS)
 def figure(request, tmp_path_factory):
     path = tmp_path_factory.mktemp("figures") / f"line{request.param}"
-    save_figure(line(), path, LABELS, PROVENANCE)
+    save_figure(figure_for(request.param), path, LABELS, PROVENANCE)
     return path
 
 
@@ -61,7 +74,7 @@ def test_labels_come_back(figure):
 def test_the_content_is_the_picture_and_what_lasts(figure):
     def drawn(height=2.0, labels=LABELS, provenance=PROVENANCE):
         path = figure.with_name(f"other{figure.suffix}")
-        save_figure(line(height), path, labels, provenance)
+        save_figure(figure_for(path.suffix, height), path, labels, provenance)
         return check_figure(path)
 
     content, record = check_figure(figure)[CONTENT_DIGEST], check_figure(figure)[RECORD_DIGEST]
@@ -75,7 +88,7 @@ def test_the_content_is_the_picture_and_what_lasts(figure):
 
 def test_all_formats_show_the_same_content(tmp_path):
     digests = set()
-    for suffix in FORMATS:
+    for suffix in STILLS:
         save_figure(line(), tmp_path / f"line{suffix}", LABELS)
         digests.add(check_figure(tmp_path / f"line{suffix}")[CONTENT_DIGEST])
     assert len(digests) == 1
@@ -132,7 +145,10 @@ def test_a_picture_under_other_labels_is_not_missed(picture, tmp_path):
 @pytest.mark.parametrize("suffix", FORMATS)
 def test_figures_of_others_have_no_labels(picture, tmp_path, suffix):
     path = tmp_path / f"theirs{suffix}"
-    line().savefig(path)
+    if suffix == MOVING:
+        path.write_bytes(encoded(iter(np.zeros((2, 64, 64, 3), np.uint8)), 2, 2))
+    else:
+        line().savefig(path)
     with pytest.raises(DatasetError, match="is no figure of softslip, or is damaged"):
         read_labels(path)
     (tmp_path / "recorded.png").write_bytes(with_text(picture, {"Description": json.dumps({})}))
@@ -140,6 +156,23 @@ def test_figures_of_others_have_no_labels(picture, tmp_path, suffix):
         read_labels(tmp_path / "recorded.png")
     with pytest.raises(DatasetError, match="cannot be read"):
         read_labels(tmp_path / f"missing{suffix}")
+
+
+def test_a_movie_under_other_labels_is_not_missed(tmp_path):
+    film = encoded(iter(np.zeros((2, 64, 64, 3), np.uint8)), 2, 2)
+    told = {"run": "demo", CONTENT_DIGEST: content_digest(film, {"run": "other"})}
+    path = tmp_path / "forged.mp4"
+    path.write_bytes(sealed(video.with_fields(film, {video.COMMENT: unsealed(told)})))
+    assert read_labels(path)["run"] == "demo"
+    with pytest.raises(DatasetError, match="has been altered"):
+        check_figure(path)
+
+
+def test_movies_and_stills_are_not_saved_as_one_another(tmp_path):
+    with pytest.raises(DatasetError, match=r"cannot save a figure as '\.mp4'; use \.png or"):
+        save_figure(line(), tmp_path / "line.mp4", LABELS)
+    with pytest.raises(DatasetError, match=r"cannot save a movie as '\.png'; use \.mp4"):
+        save_figure(figure_for(MOVING), tmp_path / "line.png", LABELS)
 
 
 def test_text_leaves_the_pixels_alone(picture):

@@ -47,6 +47,7 @@ def test_other_words_are_none_of_its_business(scenario: Scenario, word: str) -> 
         ("figures/fig55.png", "did you mean figures/fig5.png"),
         ("figures/fig5.pdf", "did you mean figures/fig5.png"),
         ("flow_curves.nc", "did you mean flow_curve.nc"),
+        ("figures/movie.mp4", "movie: no run of small keeps 5 snapshots or more after time 0; set"),
         ("zzz.nc", "is no result of scenario small; it has flow_curve.nc"),
         ("../other/flow_curve.nc", "choose the other scenario with --config scenario=other"),
     ],
@@ -55,6 +56,16 @@ def test_what_cannot_be_made_is_told_with_what_can(
     scenario: Scenario, name: str, said: str
 ) -> None:
     assert said in why_not(str(RESULTS / name), scenario, RESULTS)
+
+
+def test_a_figure_by_its_name_is_told_what_it_lacks(scenario: Scenario) -> None:
+    assert why_not("movie", scenario, RESULTS).startswith("movie: no run of small keeps 5 snap")
+    assert why_not("fig1", scenario, RESULTS) == ""
+    Path("config/bare.yaml").write_text(TINY.replace("snapshots: [0.25], ", ""))
+    bare = load_scenario("bare")
+    said = "fig1: no run of bare keeps 1 snapshot or more after time 0; set recording.snapshots"
+    assert why_not("fig1", bare, RESULTS).startswith(said)
+    assert why_not("fig5", bare, RESULTS) == ""
 
 
 def test_a_run_under_another_ending_is_no_missing_run(scenario: Scenario) -> None:

@@ -260,7 +260,7 @@ def test_the_run_of_the_workflow_spans_all_jobs_and_takes_every_parameter(items,
             taken.setdefault(entities[each]["name"], []).append(entities[each]["value"])
     assert taken["rheometer.stress"] == [0.2, 0.4]
     assert taken["channel.length"] == [0.046875]
-    assert taken["recording.snapshots"] == [0.25]
+    assert taken["recording.snapshots"] == [[0.1, 0.2, 0.3, 0.4, 0.5]]
     assert "recording.bulk_margin" not in taken, "it is null"
     outputs = {each.file.name for each in contents.results if STEPS[each.rule].is_output}
     assert set(names(run["result"])) == outputs

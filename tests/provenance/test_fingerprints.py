@@ -74,6 +74,7 @@ TABLE = [
     ("", "analysis.comparison_markdown"),
     ("gather draw", "analysis.observables.velocity_fields"),
     ("gather draw explorer", "analysis.observables.contours"),
+    ("draw", "analysis.observables.non_affine_motion"),
     ("gather", "analysis.observables.structure"),
     ("gather fit compare draw coverage", "analysis.observables.seeds"),
     ("gather fit compare draw coverage explorer", "analysis.observables.tables"),
@@ -333,13 +334,14 @@ def test_what_commands_call_of_the_rooms_that_compute_is_in_a_fingerprint(packag
 
 HANDED = {
     # Files, their labels and seals.
-    *("CONTENT_DIGEST", "FLAG_ATTRIBUTES", "FORMATS", "content_digest", "read_dataset"),
-    *("labelled_page", "page_digest", "replacing", "sealed", "unsealed", "with_text"),
+    *("COMMENT", "CONTENT_DIGEST", "FLAG_ATTRIBUTES", "MOVING", "STILLS", "content_digest"),
+    *("labelled_page", "page_digest", "read_dataset", "replacing", "sealed", "unsealed"),
+    *("with_fields", "with_text"),
     # Reading and checking studies; defaults and levels count by themselves.
     *("LEVELS", "NOTHING", "brief", "extra", "in_file", "key_text", "owner", "quantity"),
     *("read_mapping", "relocated"),
-    # Which functions draw: the entries of `draw` are these.
-    "FIGURES",
+    # Which functions draw: the entries of `draw` are these; and what has too few pictures.
+    *("FIGURES", "MOVIE_SNAPSHOTS"),
     # Names of parameters and what the paper gives of them.
     *("MATERIAL", "all_fields", "departures", "label_of"),
     # Reports.

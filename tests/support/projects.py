@@ -6,7 +6,7 @@ from pathlib import Path
 
 from softslip.config.scenario import Scenario
 from softslip.files.expected_results import expected_results, run_shown
-from softslip.files.products import FIGURES
+from softslip.files.products import FIGURES, MOVIE
 
 ROOT = Path(__file__).parents[2]
 
@@ -34,7 +34,7 @@ def copy_project(folder: Path) -> Path:
 def drawings(scenario: Scenario, results: Path) -> Iterator[tuple[str, list[Path], Path]]:
     """Yield each figure of a scenario but those of single runs: name, datasets and file."""
     for each in expected_results(scenario):
-        if each.rule == "figure":
+        if each.rule in ("figure", MOVIE):
             entry = FIGURES[each.figure]
             names = [f"shear/{run_shown(entry, scenario)}"] if entry.sample else entry.parents
             yield each.figure, [results / f"{name}.nc" for name in names], results / each.name

@@ -28,8 +28,11 @@ from softslip.provenance.verification import survey
 from softslip.provenance.verification.consistency import TABLES
 from softslip.provenance.verification.examination import Examination, examine
 
-SCENARIO = TINY + "axes:\n  rheometer.stress: [0.2, 0.4]\n"
-"""Two runs that share all stages but the last."""
+SNAPSHOTS = "snapshots: [0.1, 0.2, 0.3, 0.4, 0.5]"
+"""As many as a movie takes."""
+
+SCENARIO = TINY.replace("snapshots: [0.25]", SNAPSHOTS) + "axes:\n  rheometer.stress: [0.2, 0.4]\n"
+"""Two runs that share all stages but the last, and a movie."""
 
 NAME = "small"
 

@@ -43,6 +43,17 @@ def test_stresses_share_packing_expansion_and_ageing(copy: Path) -> None:
     assert found["figure"] == 9
     assert found["snapshot"] == 20
     assert found["explorer"] == 1
+    assert found["movie"] == 1
+
+
+def test_a_movie_is_made_where_a_run_keeps_enough_snapshots(copy: Path) -> None:
+    found = jobs(copy, "movie")
+    assert {rule: found[rule] for rule in ("shear", "movie")} == {"shear": 1, "movie": 1}
+    few = snakemake(copy, "movie", "--dry-run", "--config", "scenario=ci")
+    assert few.returncode != 0
+    said = few.stdout + few.stderr
+    assert "movie: no run of ci keeps 5 snapshots or more after time 0; set rec" in said
+    assert "Traceback" not in said
 
 
 TOY = '''

@@ -11,9 +11,9 @@ from snakemake.utils import min_version
 
 from softslip.errors import ConfigError, SoftslipError
 from softslip.files.expected_results import expected_results, run_shown
-from softslip.files.products import ANY_MORE, FIGURES
+from softslip.files.products import ANY_MORE, FIGURES, MOVIE, SNAPSHOT
 from softslip.provenance.fingerprints import fingerprint
-from softslip.operations.asked_results import no_such_run, why_not
+from softslip.operations.asked_results import no_run_to_show, no_such_run, why_not
 from softslip.operations.lock import run_lock
 from softslip.operations.leftovers import remove
 from softslip.config.stages import STAGES
@@ -207,15 +207,12 @@ def shown_in(figure):
         return [f"{RESULTS}/{dataset}.nc" for dataset in entry.parents]
     run = run_shown(entry, SCENARIO)
     if run is None:
-        raise WorkflowError(
-            f"{figure}: no run of {SCENARIO.name} keeps snapshots; set recording.snapshots, for "
-            "example to [17.5, 254]"
-        )
+        raise WorkflowError(no_run_to_show(figure, SCENARIO))
     return [f"{RESULTS}/shear/{run}.nc"]
 
 
 DRAWN = [
     f"{RESULTS}/{result.name}"
     for result in expected_results(SCENARIO)
-    if result.rule in ("figure", "snapshot")
+    if result.rule in ("figure", MOVIE, SNAPSHOT)
 ]

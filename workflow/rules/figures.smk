@@ -53,6 +53,30 @@ rule snapshot:
         "softslip draw snapshot {input:q} --output {output:q} 2> {log:q}"
 
 
+rule movie:
+    input:
+        lambda wildcards: shown_in("movie"),
+    output:
+        report(
+            f"{RESULTS}/figures/movie.mp4",
+            caption="../report/movie.rst",
+            category="Figures",
+            labels={"figure": "movie"},
+        ),
+    log:
+        f"{RESULTS}/logs/figures/movie.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/figures/movie.tsv"
+    conda:
+        f"../{ENVIRONMENT}"
+    params:
+        fingerprint=fingerprint("draw"),
+    message:
+        "Drawing the movie"
+    shell:
+        "softslip draw movie {input:q} --output {output:q} 2> {log:q}"
+
+
 rule figures:
     input:
         [path for path in DRAWN if "/snapshots/" not in path],

@@ -39,7 +39,7 @@ Results = Annotated[
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object, not a table.")]
 
 
-OUTPUTS = (".nc", ".png", ".svg", ".pdf")
+OUTPUTS = (".nc", ".png", ".svg", ".pdf", ".mp4")
 """Suffixes of the files that commands write."""
 
 LONGEST_NAME = 255

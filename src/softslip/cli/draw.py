@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 import xarray as xr
 
-from softslip.cli.common import Output, one_line_errors
+from softslip.cli.common import Output, check_output, one_line_errors
 from softslip.cli.naming import file_named, is_scenario, scenario_of
 from softslip.config.scenario import load_scenario
 from softslip.errors import ConfigError
@@ -16,7 +16,7 @@ from softslip.files.expected_results import run_shown
 from softslip.files.layout import DATASET, FIGURE
 from softslip.files.products import ANY_MORE, FIGURES, FITS, TABLES
 from softslip.files.storage import read_dataset
-from softslip.messages import brief
+from softslip.messages import brief, counted
 from softslip.provenance.attribution import Job, parents_of
 from softslip.provenance.fingerprints import fingerprint
 
@@ -37,11 +37,13 @@ def draw(
 ) -> None:
     """Draw a figure from datasets."""
     from softslip.analysis import figures
+    from softslip.files.stamps import MOVING, STILLS
 
     if figure not in FIGURES:
         raise ConfigError(
             "figure", brief(figure), "is not a figure", f"use one of {', '.join(FIGURES)}"
         )
+    check_output(output, endings=(MOVING,) if FIGURES[figure].suffix == MOVING else STILLS)
     datasets = _datasets(figure, data)
     drawn = figures.draw(figure, *datasets)
     labels = {
@@ -94,10 +96,11 @@ def _run_shown(figure: str, given: Path) -> Path:
     there = {path.stem for path in folder.glob(f"*{DATASET}")}
     run = run_shown(FIGURES[figure], scenario, there)
     if run is None:
+        least = FIGURES[figure].snapshots
         raise ConfigError(
             "data",
             brief(str(given)),
-            "has no finished run with snapshots",
-            "finish one whose recording.snapshots has times",
+            f"has no finished run with {counted(least, 'snapshot')} after time 0",
+            "finish one whose recording.snapshots has such times",
         )
     return folder / f"{run}{DATASET}"

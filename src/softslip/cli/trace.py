@@ -64,9 +64,9 @@ def _check_graph(path: Path) -> None:
     ConfigError
         Before anything is read.
     """
-    from softslip.files.stamps import FORMATS
+    from softslip.files.stamps import STILLS
 
-    check_output(path, "graph", FORMATS)
+    check_output(path, "graph", STILLS)
 
 
 def _draw(found: "Trace", path: Path) -> None:

@@ -10,7 +10,15 @@ from softslip.config.fields import value_at
 from softslip.config.paper_material import MATERIAL, departures
 from softslip.config.stages import STAGES
 from softslip.files.layout import DATASET, FIGURE, PAGE, benchmark_of
-from softslip.files.products import DATASETS, FIGURES, PAGES, SNAPSHOT, FigureEntry, figures_of
+from softslip.files.products import (
+    DATASETS,
+    FIGURES,
+    MOVIE,
+    PAGES,
+    SNAPSHOT,
+    FigureEntry,
+    figures_of,
+)
 
 if TYPE_CHECKING:
     from softslip.config.scenario import Scenario
@@ -24,9 +32,9 @@ def run_shown(
 ) -> str | None:
     """Return the run of a scenario that a figure of one run shows.
 
-    Of the runs that keep snapshots it is the nearest to the paper's sample, by the sum of the
-    differences in roughness and in the logarithms of stress and time; runs of the paper's material
-    come before others, and among equals the first.
+    Of the runs that keep enough snapshots it is the nearest to the paper's sample, by the sum of
+    the differences in roughness and in the logarithms of stress and time; runs of the paper's
+    material come before others, and among equals the first.
 
     Parameters
     ----------
@@ -40,14 +48,14 @@ def run_shown(
     Returns
     -------
     str or None
-        Its identity in the shear stage; None where no run keeps snapshots.
+        Its identity in the shear stage; None where no run keeps enough snapshots.
     """
     sample = resolve_name(figure.sample)
     nearest: tuple[tuple[int, float], str] | None = None
     for run, row in scenario.stage_table("shear").items():
         given = row.parameters
         times = [time for time in given.recording.snapshots if time > 0]
-        if not times or (among is not None and run not in among):
+        if len(times) < figure.snapshots or (among is not None and run not in among):
             continue
         values = {path: value_at(given, path) for path in MATERIAL}
         distance = min(abs(math.log(time / sample.time)) for time in times)
@@ -97,11 +105,12 @@ def expected_results(scenario: "Scenario") -> Iterator[ExpectedResult]:
             yield ExpectedResult(stage, stage, run, f"{stage}/{run}{DATASET}")
     for table in DATASETS.values():
         yield ExpectedResult(table.rule, table.name, scenario.name, f"{table.name}{DATASET}")
-    for figure in figures_of("figure"):
-        entry, name = FIGURES[figure], f"figures/{figure}.png"
+    for figure in (*figures_of("figure"), *figures_of(MOVIE)):
+        entry = FIGURES[figure]
         shown = run_shown(entry, scenario) if entry.sample else scenario.name
         if shown is not None:
-            yield ExpectedResult("figure", FIGURE, shown, name, figure)
+            name = f"figures/{figure}{entry.suffix}"
+            yield ExpectedResult(entry.rule, FIGURE, shown, name, figure)
     for run, row in scenario.stage_table("shear").items():
         if row.parameters.recording.snapshots:
             name = f"figures/snapshots/{run}.png"

@@ -26,6 +26,12 @@ SNAPSHOT = "snapshot"
 EXPLORER = "explorer"
 """Page that shows all runs of a scenario, its rule and its command."""
 
+MOVIE = "movie"
+"""Movie of one run, and its rule."""
+
+MOVIE_SNAPSHOTS = 5
+"""Fewest snapshots of a run that a movie is made of."""
+
 
 @dataclass(frozen=True)
 class TableEntry:
@@ -68,8 +74,8 @@ class FigureEntry:
         Of the figure and its file.
     rule
         The rule of the workflow that draws it: ``figure`` shows all runs of a scenario, `SNAPSHOT`
-        one run, `EXPLORER` is a page; ``bench_figure`` and ``numerics_figure`` show measurements
-        of the software.
+        and `MOVIE` one run, `EXPLORER` is a page; ``bench_figure`` and ``numerics_figure`` show
+        measurements of the software.
     parents
         The datasets that it shows: their stage, or their stage and run.
     function
@@ -77,6 +83,10 @@ class FigureEntry:
     sample
         Where a figure of a scenario shows one run: the `analysis.paper.Sample` that the paper
         shows, of which the run is the nearest.
+    snapshots
+        How many snapshots that run has at least.
+    suffix
+        Of its file, as the workflow draws it.
     """
 
     name: str
@@ -84,6 +94,8 @@ class FigureEntry:
     parents: tuple[str, ...]
     function: str
     sample: str = ""
+    snapshots: int = 1
+    suffix: str = ".png"
 
 
 _OBSERVABLES = "softslip.analysis.observables.tables"
@@ -192,6 +204,15 @@ FIGURES: Mapping[str, FigureEntry] = {
             "structure", "figure", ("structure",), f"{_FIGURES}.structure_panels:structure_page"
         ),
         FigureEntry(SNAPSHOT, SNAPSHOT, ("shear",), f"{_FIGURES}.membranes:snapshot"),
+        FigureEntry(
+            MOVIE,
+            MOVIE,
+            ("shear",),
+            f"{_FIGURES}.moving_particles:moving_sample",
+            f"{_PAPER}:YIELDING_SAMPLE",
+            MOVIE_SNAPSHOTS,
+            ".mp4",
+        ),
         FigureEntry(
             "benchmark",
             "bench_figure",

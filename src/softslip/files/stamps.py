@@ -16,14 +16,22 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from PIL import Image
 
 from softslip.errors import DatasetError
+from softslip.files import video
 from softslip.files.layout import PAGE
 from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST, VOLATILE
 from softslip.messages import file_text
 
-FORMATS = (".png", ".svg", ".pdf")
+STILLS = (".png", ".svg", ".pdf")
+"""File types of figures that stand still."""
+
+MOVING = ".mp4"
+"""File type of those that move."""
+
+FORMATS = (*STILLS, MOVING)
 """File types of figures."""
 
 LABELLED = (*FORMATS, PAGE)
@@ -42,14 +50,26 @@ def content_digest(picture: bytes, labels: Mapping[str, Any]) -> str:
     Parameters
     ----------
     picture
-        The figure as PNG; what counts is its pixels.
+        The figure as PNG or MP4; what counts is its pixels, and of a movie when each is shown.
     labels
         Of the figure; those in `VOLATILE` and the digests do not count.
     """
+    digest = hashlib.sha256()
+    for place, pixels in _pixels(picture):
+        text = json.dumps([_lasting(labels), *place, pixels.shape], sort_keys=True)
+        digest.update(text.encode())
+        digest.update(pixels.tobytes())
+    return digest.hexdigest()
+
+
+def _pixels(picture: bytes) -> Iterator[tuple[tuple[str, ...], NDArray[np.uint8]]]:
+    """Yield the pixels of a still, or the moment and pixels of each picture of a movie."""
+    if not picture.startswith(_SIGNATURE):
+        for moment, pixels in video.frames(picture):
+            yield (str(moment),), pixels
+        return
     with Image.open(io.BytesIO(picture)) as image:
-        pixels = np.asarray(image.convert("RGBA"))
-    text = json.dumps([_lasting(labels), pixels.shape], sort_keys=True)
-    return hashlib.sha256(text.encode() + pixels.tobytes()).hexdigest()
+        yield (), np.asarray(image.convert("RGBA"))
 
 
 def page_digest(page: bytes, labels: Mapping[str, Any]) -> str:
@@ -144,7 +164,7 @@ def check_figure(path: Path) -> dict[str, Any]:
     return labels
 
 
-_DIGESTS = {".png": content_digest, PAGE: page_digest}
+_DIGESTS = {".png": content_digest, MOVING: content_digest, PAGE: page_digest}
 """Content digests that can be recomputed from the file; others are of the picture drawn with."""
 
 
@@ -156,7 +176,13 @@ def _content(path: Path) -> bytes:
 
 
 def _labels(path: Path, content: bytes) -> dict[str, Any]:
-    readers = {".png": _png_text, ".svg": _svg_text, ".pdf": _pdf_text, PAGE: _page_text}
+    readers = {
+        ".png": _png_text,
+        ".svg": _svg_text,
+        ".pdf": _pdf_text,
+        MOVING: _movie_text,
+        PAGE: _page_text,
+    }
     try:
         found = json.loads(readers[path.suffix](content))
     # What the libraries raise for a damaged file has no common base.
@@ -189,6 +215,10 @@ def _pdf_text(content: bytes) -> str:
     if metadata is None or metadata.subject is None:
         raise ValueError("no subject")
     return str(metadata.subject)
+
+
+def _movie_text(content: bytes) -> str:
+    return video.field_of(content, video.COMMENT)
 
 
 def _page_text(content: bytes) -> str:

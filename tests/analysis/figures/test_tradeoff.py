@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import tradeoff_synthetic as synthetic
 
-from softslip.analysis.figures.drawing import save_figure
+from softslip.analysis.figures import save_figure
 from softslip.analysis.figures.tradeoff import extrapolation, tradeoff
 from softslip.studies.tradeoff.table import gather
 

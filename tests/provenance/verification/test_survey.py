@@ -1,5 +1,6 @@
 """Seals, claims, comparisons and reruns."""
 
+import functools
 import json
 import os
 import shutil
@@ -17,7 +18,7 @@ import small_results
 import xarray as xr
 from small_results import attribute, call, edit, edited_json, redigest, results
 
-from softslip.analysis.figures.drawing import save_figure
+from softslip.analysis.figures import Movie, save_figure
 from softslip.config.scenario import load_scenario
 from softslip.errors import DatasetError
 from softslip.files.expected_results import run_shown
@@ -59,16 +60,21 @@ def only(results: Path, pattern: str) -> Path:
 # --- seals -------------------------------------------------------------------------------------
 
 
+def drawn_in(results: Path) -> list[Path]:
+    """Return the files of all figures and movies."""
+    return sorted(path for path in (results / "figures").rglob("*") if path.is_file())
+
+
 def drawn_from(*stages: str) -> tuple[str, ...]:
     """Return the figures of a scenario that are drawn from any of some datasets."""
     return tuple(name for name in figures_of("figure") if set(FIGURES[name].parents) & set(stages))
 
 
 def drawn_of(run: str) -> list[str]:
-    """Return the figures of the scenario that show one run, where it is this one."""
+    """Return the files of the figures and the movie that show one run, where it is this one."""
     scenario = load_scenario(str(small_results.made() / "small.yaml"))
-    samples = (FIGURES[name] for name in figures_of("figure") if FIGURES[name].sample)
-    return [entry.name for entry in samples if run_shown(entry, scenario) == run]
+    samples = (entry for entry in FIGURES.values() if entry.sample)
+    return [e.name + e.suffix for e in samples if run_shown(e, scenario) == run]
 
 
 @pytest.fixture
@@ -456,7 +462,7 @@ def test_figures_are_equal_whenever_they_were_drawn(tmp_path: Path, suffix: str)
 def test_a_drawing_that_lies_about_its_picture_differs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str
 ) -> None:
-    from softslip.analysis.figures import drawing as module
+    from softslip.analysis.figures import saving as module
 
     true = module.content_digest
     monkeypatch.setattr(module, "content_digest", lambda picture, labels: true(kept, labels))
@@ -492,6 +498,36 @@ def test_letters_may_be_drawn_otherwise_elsewhere(results: Path, tmp_path: Path)
         assert compare(recorded, twin).verdict == verdict
         small_results.forge_figure(twin, {"provenance": labels["provenance"]}, dot(size))
         assert compare(recorded, twin).verdict == DIFFERS
+
+
+def movie(path: Path, shades: list[int], **provenance: Any) -> Path:
+    """A movie of one shade after the other."""
+    drawn = matplotlib.figure.Figure(figsize=(1, 1), dpi=64)
+    moving = functools.partial(shade, drawn.patch, shades)
+    labels = {"title": "movie", "stage": "figure", "run": "small", "parameters": {}, "parents": []}
+    save_figure(Movie(drawn, len(shades), (drawn.patch,), moving), path, labels, provenance)
+    return path
+
+
+def shade(patch: Any, shades: list[int], number: int) -> None:
+    patch.set_facecolor((shades[number] / 255,) * 3)
+
+
+def test_movies_are_compared_by_their_pictures(tmp_path: Path) -> None:
+    made = functools.partial(movie, tmp_path / "first.mp4", [40, 90, 200])
+    first = made(commit="abc", environment="one")
+    again = movie(tmp_path / "again.mp4", [40, 90, 200], commit="def", environment="one")
+    assert first.read_bytes() != again.read_bytes()
+    assert compare(first, again).verdict == EQUAL
+    # Other software may shift a colour by a little, and not by much.
+    for shades, verdict in (([40, 90, 204], WITHIN), ([40, 90, 250], DIFFERS)):
+        other = movie(tmp_path / "other.mp4", shades, environment="two")
+        found = compare(first, other)
+        assert found.verdict == verdict
+        assert found.quantities[0].name == "pixels"
+    for shades, said in (([40, 90], "number of pictures"), ([40] * 30, "moments")):
+        other = movie(tmp_path / "other.mp4", shades, environment="two")
+        assert said in compare(first, other).quantities[0].name
 
 
 # --- reruns -----------------------------------------------------------------------------------
@@ -549,7 +585,7 @@ def test_forged_last_fits_do_not_come_out_again(results: Path) -> None:
 
 def test_a_forged_last_run_does_not_come_out_again(results: Path) -> None:
     path = only(results, "shear/*.nc")
-    for other in (*results.glob("*.nc"), *results.glob("*.html"), *results.rglob("*.png")):
+    for other in (*results.glob("*.nc"), *results.glob("*.html"), *drawn_in(results)):
         other.unlink()
     change(path, "shear_rate_wall", 1 + 1e-15, place=3)
     assert verified(results).problems == (), "only a rerun can reveal it"
@@ -577,7 +613,7 @@ def test_only_sound_products_of_sound_parents_are_made_again(results: Path) -> N
     named = {each.name for each in possible_reruns(verified(results))}
     other = sorted(results.glob("shear/*.nc"))[1].stem
     kept = {f"shear/{other}.nc", f"figures/snapshots/{other}.png", "fits.nc", "comparison.nc"}
-    kept |= {f"figures/{name}.png" for name in drawn_of(other)}
+    kept |= {f"figures/{name}" for name in drawn_of(other)}
     drawn = {f"figures/{name}.png" for name in drawn_from(*DATASETS)}
     chain = {each for each in named if each.startswith(("packing", "expansion", "ageing"))}
     assert named == kept | drawn | chain
@@ -636,7 +672,7 @@ def test_the_last_stretch_of_a_run_comes_out_again(results: Path, kept: Path) ->
 def test_a_forged_last_stretch_does_not_come_out_again(results: Path, kept: Path) -> None:
     name = kept.name.partition(".")[0]
     path = results / "shear" / f"{name}.nc"
-    for other in (*results.glob("*.nc"), *results.rglob("*.png")):
+    for other in (*results.glob("*.nc"), *drawn_in(results)):
         other.unlink()
     change(path, "shear_rate_wall", 1 + 1e-15, place=-1)
     (outcome,) = reruns(results, f"shear/{name}.nc", stretch=True)

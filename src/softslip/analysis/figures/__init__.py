@@ -9,14 +9,15 @@ from pkgutil import resolve_name
 import xarray as xr
 from matplotlib.figure import Figure
 
-from softslip.analysis.figures.drawing import save_figure
 from softslip.analysis.figures.lineage import lineage
+from softslip.analysis.figures.movie import Movie
+from softslip.analysis.figures.saving import save_figure
 from softslip.files.products import FIGURES
 
-__all__ = ["draw", "lineage", "save_figure"]
+__all__ = ["Movie", "draw", "lineage", "save_figure"]
 
 
-def draw(name: str, *datasets: xr.Dataset) -> Figure:
+def draw(name: str, *datasets: xr.Dataset) -> Figure | Movie:
     """Draw one of `files.products.FIGURES` from the datasets that it shows."""
-    figure: Figure = resolve_name(FIGURES[name].function)(*datasets)
+    figure: Figure | Movie = resolve_name(FIGURES[name].function)(*datasets)
     return figure

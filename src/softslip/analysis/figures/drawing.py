@@ -1,12 +1,10 @@
-"""What all figures share: style, colours, panels, labels, and how they are saved."""
+"""What all figures share: style, colours, panels and labels."""
 
 import functools
-import io
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib import resources
-from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 import matplotlib
@@ -16,12 +14,8 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-import softslip
 from softslip.config.fields import all_fields, extra
 from softslip.config.parameters import Parameters
-from softslip.errors import DatasetError
-from softslip.files.stamps import FORMATS, content_digest, sealed, unsealed, with_text
-from softslip.files.storage import CONTENT_DIGEST, replacing
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 """Colours that the colour-blind can tell apart (Okabe and Ito 2008)."""
@@ -144,64 +138,3 @@ def note(figure: Figure, *lines: str) -> None:
         joined = f"{filled[-1]}; {each}"
         filled = [*filled[:-1], joined] if len(joined) <= width else [*filled, each]
     figure.supxlabel("\n".join(filled), x=0.01, ha="left", fontsize=7.5, color="0.35")
-
-
-def save_figure(
-    figure: Figure,
-    path: Path,
-    labels: Mapping[str, Any],
-    provenance: Mapping[str, Any] | None = None,
-) -> None:
-    """Save a figure under its final name in one step, with what it was made from inside it.
-
-    The same figure with the same labels gives the same bytes: no time of writing is kept.
-
-    Parameters
-    ----------
-    figure
-        What to save.
-    path
-        Final name; its suffix (.png, .svg or .pdf) is the format.
-    labels
-        What JSON can hold, such as the scenario and the parents; kept as sorted JSON in the field
-        Description (PNG, SVG) or Subject (PDF), with the digests of `files.stamps`. "title"
-        also becomes the file's title.
-    provenance
-        What differs between two drawings of the same thing; kept among the labels.
-
-    Raises
-    ------
-    DatasetError
-        When the suffix is none of these.
-    """
-    if path.suffix not in FORMATS:
-        raise DatasetError(
-            f"{path}: cannot save a figure as {path.suffix!r}; use one of {', '.join(FORMATS)}"
-        )
-    with house_style():
-        program = f"softslip {softslip.__version__}"
-        picture = _rendered(figure, ".png", {"Software": program})
-        passing = {} if provenance is None else {"provenance": dict(provenance)}
-        text = unsealed({**labels, **passing, CONTENT_DIGEST: content_digest(picture, labels)})
-        title = str(labels.get("title", "softslip"))
-        if path.suffix == ".png":
-            # Drawn again, the layout could differ by a rounding from that of the digest.
-            content = with_text(picture, {"Title": title, "Description": text})
-        else:
-            content = _rendered(figure, path.suffix, _fields(path.suffix, title, text, program))
-    with replacing(path) as temporary:
-        temporary.write_bytes(sealed(content))
-
-
-def _rendered(figure: Figure, suffix: str, fields: Mapping[str, Any]) -> bytes:
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format=suffix.removeprefix("."), metadata=dict(fields))
-    return buffer.getvalue()
-
-
-def _fields(suffix: str, title: str, text: str, program: str) -> dict[str, Any]:
-    """Return the fields of a format that hold a title, labels and the program."""
-    common = {"Title": title, "Creator": program}
-    if suffix == ".svg":
-        return common | {"Description": text, "Date": None}
-    return common | {"Subject": text, "CreationDate": None}

@@ -6,16 +6,15 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.quiver import Quiver
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from softslip.analysis.figures.drawing import NARROW, WIDE, named, note, styled
+from softslip.analysis.figures.periodic_outlines import FloatArray, images, tiled, wall_bodies
 from softslip.analysis.figures.shown import Quantity, show
 from softslip.analysis.observables import non_affine_velocity, parameters_of
 from softslip.analysis.observables.contours import contours
 from softslip.config.parameters import Parameters
 from softslip.errors import DatasetError
-
-FloatArray = NDArray[np.float64]
 
 LENGTH_UNIT = "length unit"
 
@@ -92,16 +91,16 @@ def snapshot(
     figure = Figure(figsize=size, layout="constrained")
     axes = figure.add_subplot()
     particles, walls = contours(run, snapshot)
-    at = _place(run, snapshot)
+    at = moment_shown(run, snapshot)
     _draw_particles(axes, particles, length, at)
     _draw_walls(axes, walls, length, height, depth)
     for name, wall in zip(("lower wall", "upper wall"), walls, strict=True):
-        _keep_wall(axes, name, _tiled(wall, length), length, at)
+        _keep_wall(axes, name, tiled(wall, length), length, at)
     axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
     missing = _draw_arrows(figure, axes, run, snapshot, walls, whole=window is None)
-    axes.set(xlabel=r"$x$ [length unit]", ylabel=r"$y$ [length unit]")
-    axes.tick_params(which="both", direction="out", top=False, right=False)
-    axes.set_title(_title(run, snapshot), loc="left")
+    name_axes(axes)
+    moment = float(run["snapshot_time"][snapshot])
+    axes.set_title(", ".join([*conditions(run), f"$t$ = {moment:.4g}"]), loc="left")
     note(figure, missing, remark)
     return figure
 
@@ -120,18 +119,23 @@ def _part(
     )
 
 
-def _title(run: xr.Dataset, snapshot: int) -> str:
+def name_axes(axes: Axes) -> None:
+    """Name the axes along the channel and across it."""
+    axes.set(xlabel=r"$x$ [length unit]", ylabel=r"$y$ [length unit]")
+    axes.tick_params(which="both", direction="out", top=False, right=False)
+
+
+def conditions(run: xr.Dataset) -> list[str]:
+    """Return what drives a run and its roughness, in symbols."""
     given = parameters_of(run)
     drive = ("stress", given.rheometer.stress)
     if drive[1] is None:
         drive = ("imposed_shear_rate", given.rheometer.shear_rate)
-    moment = float(run["snapshot_time"][snapshot])
-    parts = [named(*drive), named("roughness", given.wall.roughness), f"$t$ = {moment:.4g}"]
-    return ", ".join(parts)
+    return [named(*drive), named("roughness", given.wall.roughness)]
 
 
-def _place(run: xr.Dataset, snapshot: int) -> dict[str, Quantity]:
-    """Return what all that is shown has in common."""
+def moment_shown(run: xr.Dataset, snapshot: int) -> dict[str, Quantity]:
+    """Return what all that is shown of a snapshot has in common."""
     given = parameters_of(run)
     found = {
         "stress": Quantity(given.rheometer.stress, "stress unit", "imposed shear stress"),
@@ -165,39 +169,25 @@ def _keep_wall(
 def _draw_particles(
     axes: Axes, particles: list[FloatArray], length: float, at: dict[str, Quantity]
 ) -> None:
-    images = []
+    outlines = []
     for number, contour in enumerate(particles):
-        start = np.floor(contour[:, 0].min() / length) * length
-        along = contour[:, 0] - start
-        for shift in np.arange(0, np.floor(along.max() / length) + 1) * length:
-            images.append(np.column_stack((along - shift, contour[:, 1])))
+        for image, outline in images(contour, length):
+            outlines.append(outline)
             whose = {
                 "particle": Quantity(number, "1", "number of the particle"),
-                "image": Quantity(round(shift / length), "1", "number of its periodic image"),
+                "image": Quantity(image, "1", "number of its periodic image"),
             }
-            show(axes, "", "particle", _points(*images[-1].T), at | whose)
+            show(axes, "", "particle", _points(*outline.T), at | whose)
     axes.add_collection(
-        PolyCollection(images, facecolors=PARTICLE, edgecolors=OUTLINE, linewidths=0.6, zorder=1)
+        PolyCollection(outlines, facecolors=PARTICLE, edgecolors=OUTLINE, linewidths=0.6, zorder=1)
     )
-
-
-def _tiled(wall: FloatArray, length: float) -> FloatArray:
-    """Return a wall's contour along [-L_x, 2 L_x], from left to right along the wall."""
-    start = np.floor(wall[:, 0].min() / length) * length
-    shifted = wall - [start, 0.0]
-    return np.concatenate([np.add(shifted, (shift * length, 0.0)) for shift in (-2, -1, 0, 1, 2)])
 
 
 def _draw_walls(
     axes: Axes, walls: list[FloatArray], length: float, height: float, depth: float
 ) -> None:
-    for number, wall in enumerate(walls):
-        contour = _tiled(wall, length)
-        outside = height + 2 * depth if number == 1 else -2 * depth
-        ends = [[contour[-1, 0], outside], [contour[0, 0], outside]]
-        axes.add_collection(
-            PolyCollection([np.concatenate((contour, ends))], facecolors=WALL, zorder=3)
-        )
+    for body in wall_bodies(walls, length, height, depth):
+        axes.add_collection(PolyCollection([body], facecolors=WALL, zorder=3))
 
 
 def _draw_arrows(
@@ -259,7 +249,7 @@ def _draw_arrows(
         )
         for axis, name in enumerate("xy")
     }
-    show(axes, "", "arrow", _points(x[fluid], y[fluid]) | velocities, _place(run, snapshot))
+    show(axes, "", "arrow", _points(x[fluid], y[fluid]) | velocities, moment_shown(run, snapshot))
     return ""
 
 
@@ -276,5 +266,5 @@ def _add_key(figure: Figure, axes: Axes, arrows: Quiver, long: float, share: flo
 
 
 def _height_at(wall: FloatArray, x: FloatArray, length: float) -> FloatArray:
-    contour = _tiled(wall, length)
+    contour = tiled(wall, length)
     return np.asarray(np.interp(x, contour[:, 0], contour[:, 1]))

@@ -46,6 +46,7 @@ ENCODINGS: Mapping[str, str] = {
     ".cff": "application/yaml",
     ".html": "text/html",
     ".md": "text/markdown",
+    ".mp4": "video/mp4",
     ".nc": "application/x-netcdf",
     ".png": "image/png",
     ".rst": "text/x-rst",

@@ -49,6 +49,7 @@ STEPS: Mapping[str, WorkflowStep] = dict(
         _step("compare", "Holds the results against the paper's numbers"),
         _step("figure", "Draws a figure from tables", "draw"),
         _step("snapshot", "Draws the particles of a run", "draw"),
+        _step("movie", "Shows the particles of a run as they move", "draw"),
         _step("explorer", "Writes a page that shows all runs", takes_scenario=True),
     )
 )

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import xarray as xr
+from matplotlib.figure import Figure
 
 from softslip.analysis import figures
 from softslip.analysis.figures.shown import Quantity, Series, coordinates, quantity, shown
@@ -15,7 +16,7 @@ from softslip.config.stages import STAGES
 from softslip.errors import DatasetError
 from softslip.files.layout import DATASET, PAGE
 from softslip.files.products import FIGURES
-from softslip.files.stamps import FORMATS, check_figure, read_labels
+from softslip.files.stamps import FORMATS, MOVING, check_figure, read_labels
 from softslip.files.storage import CONTENT_DIGEST, read_dataset
 from softslip.messages import file_text, printable
 from softslip.provenance.archive import REPLACED, UNREADABLE, Archive
@@ -136,7 +137,8 @@ def figure_table(path: Path, results: Path | None = None) -> tuple[Table, tuple[
             for parent in product.parents
         ),
     )
-    table = Table(f"{name} of {product.run}", sources, shown(drawn))
+    still = drawn.figure if isinstance(drawn, figures.Movie) else drawn
+    table = Table(f"{name} of {product.run}", sources, shown(still))
     return table, _changes(path, labels, drawn)
 
 
@@ -174,11 +176,14 @@ def _named_results(parent: Parent) -> list[Path]:
     return [usual] if usual.is_dir() else []
 
 
-def _changes(path: Path, labels: Mapping[str, Any], drawn: Any) -> tuple[str, ...]:
+def _changes(
+    path: Path, labels: Mapping[str, Any], drawn: Figure | figures.Movie
+) -> tuple[str, ...]:
     """Say so if a figure looks different when it is redrawn."""
     lasting = {key: value for key, value in labels.items() if key not in PASSING}
     with tempfile.TemporaryDirectory() as folder:
-        redrawn = Path(folder) / "redrawn.png"
+        moves = isinstance(drawn, figures.Movie)
+        redrawn = Path(folder) / f"redrawn{MOVING if moves else '.png'}"
         figures.save_figure(drawn, redrawn, lasting)
         same = read_labels(redrawn)[CONTENT_DIGEST] == labels[CONTENT_DIGEST]
     if same:

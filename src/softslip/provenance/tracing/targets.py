@@ -15,6 +15,7 @@ import xarray as xr
 
 from softslip.errors import ConfigError, DatasetError
 from softslip.files.layout import DATASET
+from softslip.files.stamps import LABELLED
 from softslip.files.storage import read_dataset
 from softslip.messages import brief, enumerated, file_text
 from softslip.provenance.product_labels import Product, read_product
@@ -27,7 +28,8 @@ which is what people are shown (``%g``) and then copy. Whole numbers, such as se
 MOST_NAMES = 40
 """Most names or values that an error message lists."""
 
-_WRITTEN = re.compile(r"(?P<path>.+?\.(?:nc|png|svg|pdf))(?::(?P<rest>.+))?", re.DOTALL)
+_ENDINGS = "|".join(re.escape(ending) for ending in (DATASET, *LABELLED))
+_WRITTEN = re.compile(rf"(?P<path>.+?(?:{_ENDINGS}))(?::(?P<rest>.+))?", re.DOTALL)
 _VARIABLE = re.compile(r"(?P<name>[^\[\]=,]+)(?:\[(?P<at>[^\[\]]*)\])?")
 _EXAMPLE = "results/demo/fits.nc:yield_stress[roughness=0]"
 

@@ -2,14 +2,16 @@
 
 import re
 from collections.abc import Iterator
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from PIL import Image
 
+from softslip.files import video
 from softslip.files.layout import PAGE
-from softslip.files.stamps import without_labels
+from softslip.files.stamps import MOVING, without_labels
 from softslip.provenance.product_labels import PASSING
 from softslip.provenance.verification.tolerances import Difference, different
 
@@ -19,6 +21,8 @@ letters by a part of a pixel."""
 
 CONTRAST = 32
 """Difference of a colour, of 255, from which a pixel counts as different."""
+
+_REASON = "letters drawn by another release of their renderer"
 
 _SVG_LABELS = re.compile(rb"<dc:description>.*?</dc:description>", re.DOTALL)
 _PAGE_DATA = re.compile(rb'<script type="application/json" id="data">([^<]*)</script>')
@@ -33,7 +37,9 @@ def figure_differences(
     for key in sorted({*first, *second} - PASSING):
         if first.get(key) != second.get(key):
             yield different(f"{key} (label)")
-    if recorded.suffix == ".png":
+    if recorded.suffix == MOVING:
+        yield _movies(recorded, rerun)
+    elif recorded.suffix == ".png":
         yield _pixels(recorded, rerun)
     elif recorded.suffix == PAGE:
         yield from _page_parts(recorded, rerun)
@@ -61,7 +67,23 @@ def _pixels(recorded: Path, rerun: Path) -> Difference:
     if ours.shape != theirs.shape:
         return different("size")
     share = float((np.abs(ours - theirs).max(axis=-1) >= CONTRAST).mean())
-    return Difference("pixels", share, PIXELS, "letters drawn by another release of their renderer")
+    return Difference("pixels", share, PIXELS, _REASON)
+
+
+def _movies(recorded: Path, rerun: Path) -> Difference:
+    """Compare two movies picture by picture; what is told of is the picture that differs most."""
+    worst = 0.0
+    films = (video.frames(path.read_bytes()) for path in (recorded, rerun))
+    for ours, theirs in zip_longest(*films):
+        if ours is None or theirs is None:
+            return different("number of pictures")
+        if ours[0] != theirs[0]:
+            return different("moments of the pictures")
+        if ours[1].shape != theirs[1].shape:
+            return different("size")
+        apart = np.abs(ours[1].astype(np.int16) - theirs[1])
+        worst = max(worst, float((apart >= CONTRAST).mean()))
+    return Difference("pixels", worst, PIXELS, _REASON)
 
 
 def drawing(path: Path) -> bytes:
