@@ -22,6 +22,9 @@ from softslip.studies.tradeoff.tradeoff_scenes import aged_packing
 RATES = ("slip_velocity", "shear_rate_wall", "shear_rate_bulk")
 """Observables that are judged."""
 
+LONGEST_RECORD = 1.0
+"""Longest record [time unit], so that averages over a few time units can be told apart."""
+
 
 @dataclass(frozen=True)
 class ShearedPacking:
@@ -122,7 +125,10 @@ def _run(
     given = parameters_of(
         member, _design_of(design, packing), stress, packing.roughness, seed=packing.seed
     )
-    timing = {"time_stepping": {"shear_time": design.steady.duration}}
+    timing = {
+        "time_stepping": {"shear_time": design.steady.duration},
+        "recording": {"longest_interval": LONGEST_RECORD},
+    }
     timed = Parameters.from_mapping(merged(given.model_dump(), timing))
     core = time.process_time()
     try:
