@@ -13,6 +13,7 @@ from softslip.analysis.figures.timescale_panels import DECIDED, decided, draw_ti
 STRESS = [0.02, 0.23, 0.3, 0.4, 0.5]
 TIME = [90.0, 30.0, 20.0, 10.0, np.nan]
 CHANGE = [np.inf, 4.0, 6.0, np.inf, np.nan]
+WINDOW = 10**0.1 - 1
 
 
 @pytest.fixture
@@ -37,6 +38,14 @@ def drawn(cell, yield_stress):
 def test_a_time_is_as_decided_as_other_smoothings_bear_it_out(cell):
     found = decided(cell, "yielding_time").tolist()
     assert found[:4] == [DRIFTING, STEADY, WITHIN_ERROR, DRIFTING]
+
+
+@pytest.mark.parametrize(("share", "state"), [(0.99, STEADY), (1.01, WITHIN_ERROR)])
+def test_a_change_within_the_smoothing_window_says_nothing(cell, share, state):
+    """As of slip, whose bars are small: 0.1 decades are a quarter of a time."""
+    cell["yielding_time_error"] *= 0.01
+    cell["yielding_time_smoothing"] = share * WINDOW * cell["yielding_time"]
+    assert set(decided(cell, "yielding_time")[:4]) == {state}
 
 
 def test_times_are_filled_half_filled_and_open(cell):

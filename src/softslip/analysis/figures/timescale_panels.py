@@ -15,6 +15,7 @@ from softslip.analysis.figures.panels import Family, is_comparable, leave_empty
 from softslip.analysis.figures.published import WORDS, guide, keep
 from softslip.analysis.figures.shown import Quantity, place, quantity, show
 from softslip.analysis.fits import FITTED
+from softslip.analysis.observables.series import SMOOTHING_WIDTH
 
 SHOWN = {
     "yielding_time": (r"$\tau_y$ [time unit]", "yielding of the bulk"),
@@ -23,9 +24,9 @@ SHOWN = {
 """How the axis and the panel of each time are called."""
 
 DECIDED = {
-    STEADY: "filled: another smoothing changes the time by no more than its bar",
-    WITHIN_ERROR: "half filled: by more",
-    DRIFTING: "open, dashed bar: it is found with this smoothing only",
+    STEADY: "filled: half or twice the smoothing shifts the time within its bar or the window",
+    WITHIN_ERROR: "half filled: farther",
+    DRIFTING: "open, dashed bar: one of them finds no time",
 }
 """What the symbols of times mean, by the verdict on a series that is drawn alike."""
 
@@ -49,6 +50,8 @@ def decided(cell: xr.Dataset, name: str) -> NDArray[Any]:
 
     A time has no verdict, as none of a steady state bears on it. Its bar is that of one smoothing
     of the series; what half and twice the smoothing change is the other part of its uncertainty.
+    It counts where it exceeds both the bar and the width of the smoothing window, below which no
+    time of a smoothed series has a meaning.
 
     Parameters
     ----------
@@ -57,8 +60,10 @@ def decided(cell: xr.Dataset, name: str) -> NDArray[Any]:
     name
         A key of `SHOWN`.
     """
-    change, error = (cell[f"{name}{end}"].values.ravel() for end in ("_smoothing", "_error"))
-    found = np.where(change <= error, STEADY, WITHIN_ERROR).astype(object)
+    ends = ("", "_smoothing", "_error")
+    time, change, error = (cell[f"{name}{end}"].values.ravel() for end in ends)
+    window = (10**SMOOTHING_WIDTH - 1) * time
+    found = np.where(change <= np.fmax(error, window), STEADY, WITHIN_ERROR).astype(object)
     found[np.isinf(change)] = DRIFTING
     return found
 
