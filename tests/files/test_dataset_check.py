@@ -165,6 +165,12 @@ def place_in(data, shape):
     return tuple(data.draw(st.integers(0, size - 1)) for size in shape)
 
 
+def sweeps_of(stage):
+    """The variables whose dimensions are those of the sweep for themselves and for others."""
+    schema = SCHEMAS[stage]
+    return {"status", *(schema.sweep_of(variable) for variable in schema.variables.values())}
+
+
 def read_names(dataset, stage):
     """The variables that a stage's schema speaks of, and the values swept."""
     return [str(name) for name in dataset.variables if name in SCHEMAS[stage].variables]
@@ -227,9 +233,17 @@ def test_runs_made_up_from_laws_pass_but_for_what_no_analysis_reads():
     check_dataset(whole, "shear")
 
 
-@pytest.mark.parametrize("extra", ["seed", "wall_separation", "surface"])
+EXTRA = {
+    "seed": (1, 2),
+    "wall_separation": (0.125, 0.25),
+    "channel_length": (0.25, 0.5),
+    "surface": ("soft", "hard"),
+}
+
+
+@pytest.mark.parametrize("extra", EXTRA)
 def test_tables_over_any_further_parameter_pass(extra):
-    values = {"seed": (1, 2), "wall_separation": (0.125, 0.25), "surface": ("soft", "hard")}[extra]
+    values = EXTRA[extra]
     few = sweep((0.1, 0.3), (0.0,), duration=30.0, profiles=2)
     runs = [({**labels, extra: value}, run) for labels, run in few for value in values]
     curve = flow_curve(runs)
@@ -237,6 +251,43 @@ def test_tables_over_any_further_parameter_pass(extra):
     check_dataset(creep(runs), "creep")
     check_dataset(profiles(runs), "profiles")
     check_dataset(fit_laws(curve), "fits")
+
+
+def over_separations():
+    """The fits of a curve along stress and wall separation, of which two stresses have a slope."""
+    heights = (0.125, 0.25, 0.5)
+    runs = [
+        ({"stress": stress, "wall_separation": height}, run)
+        for stress in (0.15, 0.3, 0.5)
+        for height in heights
+        for run in [shear_run(stress, height=height, duration=1000.0, noise=0.03, profiles=2)]
+    ]
+    runs[0] = runs[0][0], None
+    return fit_laws(flow_curve(runs))
+
+
+def test_fits_over_wall_separations_have_the_stress_as_a_dimension_and_pass(tmp_path):
+    fits = over_separations()
+    name = "mooney_slip_velocity"
+    assert fits[name].dims == ("stress",)
+    assert fits[f"{name}_message"].values.tolist() == [
+        "too few steady points: 2 of at least 3 wall separations", "fitted", "fitted",
+    ]  # fmt: skip
+    # A trend with the wall separation is of each stress, and a yield stress of each separation.
+    assert fits["shear_rate_bulk_separation_trend"].dims == ("stress",)
+    assert fits["yield_stress"].dims == ("wall_separation",)
+    write_dataset(fits, tmp_path / "fits.nc", stage="fits", run="test", title="test")
+    back = read_dataset(tmp_path / "fits.nc", stage="fits", run="test")
+    xr.testing.assert_equal(back, fits)
+    unknown = with_value(fits, name, 1, np.nan)
+    assert_refused(unknown, "fits", name, f"a number where {name}_message says 'fitted'")
+    check_dataset(with_value(fits, name, 0, np.nan), "fits")
+    bare = fits.drop_vars("stress")
+    assert_refused(bare, "fits", "stress", "is missing", "swept")
+    held = fits.variables[name]
+    over = np.stack([held.values] * 3, axis=1)
+    turned = with_variable(fits, name, ("stress", "wall_separation"), over, held.attrs)
+    assert_refused(turned, "fits", name, "dimensions")
 
 
 def test_tables_of_a_single_run_and_of_imposed_rates_pass():
@@ -310,7 +361,7 @@ def test_other_dimensions_are_refused(datasets, stage):
         renamed = tuple(f"{dim}_" for dim in held.dims) or ("other",)
         values = held.values if held.ndim else held.values[None]
         damaged = with_variable(datasets[stage], name, renamed, values, held.attrs)
-        if name in (SCHEMAS[stage].sweep, "status", "fit_message"):
+        if name in sweeps_of(stage):
             refused(damaged, stage)  # All others are then measured against it.
             continue
         assert_refused(damaged, stage, name, "dimensions")

@@ -8,13 +8,11 @@ import xarray as xr
 
 from softslip.analysis import paper
 from softslip.analysis.comparable import unlike
+from softslip.analysis.fits.finite_size import SEPARATION
 from softslip.analysis.fits.points import DRIVES, FITTED, with_stress
 from softslip.analysis.observables import mean_over_seeds
 from softslip.analysis.paper import Reported
 from softslip.files.quantities import POOLED, described
-
-SEPARATION = "wall_separation"
-"""Dimension that `channel.height` becomes where it is swept."""
 
 POOLED_DIMENSIONS = (*DRIVES, "roughness", "seed")
 """Dimensions over which the paper's numbers are meant; every other one stays."""

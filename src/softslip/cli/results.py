@@ -85,7 +85,7 @@ def fit(
     )
     run = curve.attrs["run"]
     write_dataset(laws, output, stage=FITS, run=run, title=f"{FITS} of {run}")
-    print(fits.summary(laws))
+    print(fits.summary(laws, curve))
 
 
 @app.command()

@@ -61,9 +61,11 @@ def faults(dataset: xr.Dataset, schema: Schema) -> Iterator[str]:
     for name in expected:
         if name not in dataset.variables:
             yield f"variable {name} is missing, which this stage writes"
-    lead = () if schema.sweep is None else dataset.variables[schema.sweep].dims
-    yield from _swept_faults(dataset, schema, lead)
+    sweeps = dict.fromkeys(schema.sweep_of(variable) for variable in expected.values())
+    leads = {name: () if name is None else dataset.variables[name].dims for name in sweeps}
+    yield from _swept_faults(dataset, schema, leads)
     for name, variable in expected.items():
+        lead = leads[schema.sweep_of(variable)]
         yield from _form_faults(name, dataset.variables[name], variable, lead)
     for name, variable in expected.items():
         yield from _value_faults(name, dataset.variables[name].values, variable)
@@ -90,13 +92,18 @@ def _parameter_faults(dataset: xr.Dataset, path: str) -> Iterator[str]:
         yield f"attribute parameters is {text}, not the JSON of a run's parameters with {path}"
 
 
-def _swept_faults(dataset: xr.Dataset, schema: Schema, lead: tuple[Hashable, ...]) -> Iterator[str]:
+def _swept_faults(
+    dataset: xr.Dataset, schema: Schema, leads: Mapping[str | None, tuple[Hashable, ...]]
+) -> Iterator[str]:
     """Yield what is wrong with the values swept and with those that all runs share."""
     own = {dim for variable in schema.variables.values() for dim in variable.dims}
-    for dim in lead:
+    for sweep, lead in leads.items():
+        for dim in lead:
+            if dim in own:
+                yield f"variable {sweep} has the dimension {_plain(dim)}, which is not swept"
+    swept = tuple(dict.fromkeys(dim for lead in leads.values() for dim in lead))
+    for dim in swept:
         name = _plain(dim)
-        if dim in own:
-            yield f"variable {schema.sweep} has the dimension {name}, which is not swept"
         if dim not in dataset.variables:
             yield f"variable {name} is missing, which holds the swept values"
         held = dataset.variables[dim]
@@ -107,7 +114,7 @@ def _swept_faults(dataset: xr.Dataset, schema: Schema, lead: tuple[Hashable, ...
         if len(set(held.values.tolist())) != held.size:
             yield f"variable {name} has a value twice; each may occur once"
     for label, units in schema.shared.items():
-        if label in dataset.variables and label not in lead:
+        if label in dataset.variables and label not in swept:
             held = dataset.variables[label]
             yield from _form_faults(label, held, Variable((), units), ())
             yield from _value_faults(label, held.values, Variable((), units))

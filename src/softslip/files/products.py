@@ -198,7 +198,7 @@ FIGURES: Mapping[str, FigureEntry] = {
             "fig8", "figure", ("creep", "flow_curve", FITS), f"{_FIGURES}.transient:transients"
         ),
         FigureEntry(
-            "fig9", "figure", ("creep", "flow_curve"), f"{_FIGURES}.separations:finite_size"
+            "fig9", "figure", ("creep", "flow_curve", FITS), f"{_FIGURES}.separations:separations"
         ),
         FigureEntry(
             "structure", "figure", ("structure",), f"{_FIGURES}.structure_panels:structure_page"

@@ -89,6 +89,27 @@ QUANTITIES: Mapping[str, DatasetQuantity] = {
         ("heterogeneity", "1", "heterogeneity of the bulk flow"),
         ("newtonian_slip_length", LENGTH, "thickness of the film of solvent at the wall"),
         ("total_slip_length", LENGTH, "slip velocity over the bulk shear rate"),
+        (
+            "master_curve_spread",
+            "1",
+            "spread of the bulk shear rate in time between roughnesses, over the rate",
+        ),
+        (
+            "master_curve_expected_spread",
+            "1",
+            "spread of the bulk shear rate in time that scatter between seeds lets expect",
+        ),
+        (
+            "master_curve_spread_ratio",
+            "1",
+            "spread of the bulk shear rate in time between roughnesses over the one expected",
+        ),
+        (
+            "master_curve_spread_chance",
+            "1",
+            "chance of such a spread where roughness makes no difference",
+        ),
+        ("master_curves", "1", "number of roughnesses whose bulk shear rates are compared"),
         ("snapshots_used", "1", "number of snapshots averaged"),
         ("distance_from_wall", "1", "distance from the nearer wall over the mean radius"),
         (
@@ -128,6 +149,25 @@ QUANTITIES: Mapping[str, DatasetQuantity] = {
         ("yielding_exponent", "1", "exponent of the yielding time in the stress above yield"),
         ("slip_time_exponent", "1", "exponent of the slip time in the stress above yield"),
         ("separation_effect", "1", "relative change of the bulk shear rate with wall separation"),
+        ("mooney_slip_velocity", SPEED, "slope of the apparent shear rate in 2/H (Eq. A1)"),
+        (
+            "mooney_slip_velocity_mismatch",
+            "1",
+            "Eq. A1's slip velocity less the profiles', over the error of the difference",
+        ),
+        ("mooney_shear_rate_bulk", RATE, "apparent shear rate for infinite H (Eq. A1)"),
+        *(
+            (
+                f"{name}_{size}_trend",
+                "1",
+                f"relative change of the {quantity} with each doubling of the {words}",
+            )
+            for name, quantity in (
+                ("shear_rate_bulk", "bulk shear rate"),
+                ("slip_velocity", "slip velocity"),
+            )
+            for size, words in (("separation", "wall separation"), ("length", "channel length"))
+        ),
         ("confidence", "1", "confidence of an interval"),
         ("end", "", "end of an interval"),
         ("reduced_chi_square", "1", "squared deviation over its error, by freedom"),

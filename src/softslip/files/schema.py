@@ -39,6 +39,8 @@ class Variable:
         The words in their order, for a label; the words that may occur, for any other variable.
     swept
         Whether the dimensions of the sweep come before its own.
+    sweep
+        The variable whose leading dimensions these are, where it is not the schema's.
     pooled
         Dimensions of the sweep that it has not.
     known_where
@@ -57,6 +59,7 @@ class Variable:
     increasing: bool = False
     words: tuple[str, ...] = ()
     swept: bool = False
+    sweep: str | None = None
     pooled: tuple[str, ...] = ()
     known_where: tuple[str, str] | None = None
     group: str | None = None
@@ -73,7 +76,8 @@ class Schema:
     groups
         The parameter without which a group of variables is absent, by the group's name.
     sweep
-        The variable whose leading dimensions are those of the sweep; None where nothing is swept.
+        The variable whose leading dimensions are those of the sweep, but for variables that name
+        another one; None where nothing is swept.
     shared
         Units of the parameters that are a coordinate where all runs share their value.
     rules
@@ -85,6 +89,10 @@ class Schema:
     sweep: str | None = None
     shared: Mapping[str, str] = field(default_factory=dict)
     rules: tuple[Rule, ...] = ()
+
+    def sweep_of(self, variable: Variable) -> str | None:
+        """Return the variable whose leading dimensions are those of another one's sweep."""
+        return variable.sweep or self.sweep
 
 
 def of_quantity(name: str, *dims: str, **others: Any) -> dict[str, Variable]:

@@ -1,5 +1,6 @@
 """What the datasets over all runs of a scenario must look like; `files.products` names them."""
 
+from dataclasses import replace
 from typing import Any
 
 from softslip.config.fields import all_fields, extra
@@ -61,6 +62,17 @@ def _series(name: str, **others: Any) -> dict[str, Variable]:
     }
 
 
+_OVER_ROUGHNESS: dict[str, Any] = {"swept": True, "pooled": ("roughness", "seed"), "least": 0.0}
+
+_COLLAPSE = {
+    **of_quantity("master_curve_spread", unknown=True, **_OVER_ROUGHNESS),
+    **of_quantity("master_curve_expected_spread", unknown=True, **_OVER_ROUGHNESS),
+    **of_quantity("master_curve_spread_ratio", unknown=True, **_OVER_ROUGHNESS),
+    **of_quantity("master_curve_spread_chance", unknown=True, **_OVER_ROUGHNESS),
+    **of_quantity("master_curves", kind="count", **_OVER_ROUGHNESS),
+}
+"""How well the bulk's rates in time collapse over roughnesses, unknown where there is one only."""
+
 FLOW_CURVE = Schema(
     {
         **_RUNS,
@@ -89,6 +101,7 @@ FLOW_CURVE = Schema(
         **_with_freedom("total_slip_length"),
         **_mean("total_slip_length_error", least=0.0, infinite=True),
         **_mean("snapshots_used", least=0.0, known_where=DONE),
+        **_COLLAPSE,
     },
     sweep="status",
     shared=_SHARED,
@@ -226,6 +239,36 @@ _CRITICAL_ROUGHNESS = {
     if not name.endswith("reduced_chi_square")
 }
 
+SIZES = {"separation": "wall_separation", "length": "channel_length"}
+"""Dimensions of the channel's size, by what they are called in the names of trends."""
+
+MOONEY = "mooney_slip_velocity"
+
+
+def _trend(name: str, size: str) -> dict[str, Variable]:
+    """Return the variables of the trend of a quantity with a size, of each stress by itself."""
+    parameter = f"{name}_{size}_trend"
+    found = _law(parameter, sweep=f"{parameter}_message", pooled=(SIZES[size],))
+    # Two sizes determine it, and then nothing is left to tell whether it describes the points.
+    quality = f"{parameter}_reduced_chi_square"
+    return {**found, quality: replace(found[quality], known_where=None)}
+
+
+def _finite_size() -> dict[str, Variable]:
+    """Return the variables of what depends on the channel's size, of each stress by itself."""
+    message = f"{MOONEY}_message"
+    of_mooney: dict[str, Any] = {"sweep": message, "pooled": (SIZES["separation"],)}
+    found = {
+        **_law(MOONEY, **of_mooney),
+        **_fitted("mooney_shear_rate_bulk", message, **of_mooney),
+        **_mean(f"{MOONEY}_mismatch", **of_mooney),
+    }
+    for size in SIZES:
+        for name in ("shear_rate_bulk", "slip_velocity"):
+            found |= _trend(name, size)
+    return found
+
+
 FITS = Schema(
     {
         **_flow_law(""),
@@ -242,6 +285,7 @@ FITS = Schema(
         **_law("yielding_exponent"),
         **_law("yielding_exponent", POOLED, **_POOLED),
         **_law("slip_time_exponent"),
+        **_finite_size(),
         "parameter": Variable(("parameter",), None, "word", words=FLOW_PARAMETERS),
         "other_parameter": Variable(("other_parameter",), None, "word", words=FLOW_PARAMETERS),
         **of_quantity("confidence", "confidence", increasing=True, above=0.0),

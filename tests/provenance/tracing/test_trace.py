@@ -17,7 +17,7 @@ from lineage_synthetic import CODE, Results
 from matplotlib.patches import FancyBboxPatch
 
 from softslip.analysis.figures.lineage import DiagramBox, _apart, _crossings, _ordered, lineage
-from softslip.analysis.fits import fit_laws
+from softslip.analysis.fits import finite_size, fit_laws
 from softslip.config.stages import STAGES
 from softslip.errors import ConfigError, DatasetError
 from softslip.files.storage import read_dataset, write_dataset
@@ -25,7 +25,7 @@ from softslip.provenance import archive
 from softslip.provenance.archive import FOUND, MISSING, REPLACED, UNREADABLE
 from softslip.provenance.tracing import walk as module
 from softslip.provenance.tracing.ancestry import Node, Trace
-from softslip.provenance.tracing.contributions import fitted_parts, law_of
+from softslip.provenance.tracing.contributions import fitted_parts, law_of, miscounted
 from softslip.provenance.tracing.diagrams import MOST_BOXES, diagram
 from softslip.provenance.tracing.origins import joint_provenance, swept_values
 from softslip.provenance.tracing.targets import (
@@ -331,6 +331,38 @@ def test_the_slip_law_goes_by_the_pooled_yield_stress_too(made: Results) -> None
     pooled = traced(made, "fits", "pooled_yield_stress")
     assert used["shear_rate_bulk"] == runs(pooled, "shear")
     assert runs(found, "shear") == runs(pooled, "shear") | used["slip_velocity"]
+
+
+def test_the_law_over_wall_separations_goes_by_the_apparent_rates_at_one_stress() -> None:
+    height, shape = np.array([0.1, 0.2, 0.3, 0.4]), (2, 4)
+    rate = np.array([[0.1], [0.3]]) + 0.02 / height
+    dims = ("stress", "wall_separation")
+    variables = {name: (dims, value * np.ones(shape)) for name, value in (
+        ("shear_rate_wall", rate), ("shear_rate_wall_error", 0.01 * rate),
+        ("shear_rate_bulk", 0.1), ("shear_rate_bulk_error", 1e-3),
+        ("slip_velocity", 0.01), ("slip_velocity_error", 1e-4),
+    )}  # fmt: skip
+    steady = np.ones(shape, dtype=bool)
+    steady[1, 2] = False
+    flags = {name: (dims, steady) for name in ("steady_wall", "steady_bulk", "steady_slip")}
+    names = np.array([[f"{row}{column}" for column in range(4)] for row in range(2)], dtype=object)
+    words = {"run_id": (dims, names), "status": (dims, np.full(shape, "done"))}
+    coords = {"stress": [0.1, 0.3], "wall_separation": height}
+    curve = xr.Dataset(variables | flags | words, coords)
+    fits, name = finite_size(curve), "mooney_shear_rate_bulk"
+    parts = fitted_parts(fits, curve, name, {"stress": 1})
+    assert {part.of for part in parts} == {"shear_rate_wall"}
+    assert {part.run: part.left_out for part in parts} == {
+        "10": "", "11": "", "12": "not steady", "13": "",
+    }  # fmt: skip
+    assert fits["mooney_slip_velocity_points"].values.tolist() == [4, 3]
+    assert not miscounted(fits, curve, name, {"stress": 1})
+    assert miscounted(fits, curve.assign(steady_wall=curve["stress"] > 0.2), name, {})
+    alone = curve.isel(wall_separation=0)
+    fits = finite_size(alone)
+    (part,) = fitted_parts(fits, alone, name, {"stress": 1})
+    assert part.left_out == "one wall separation only: sweep channel.height"
+    assert not miscounted(fits, alone, name, {})
 
 
 def test_every_outcome_of_the_fits_is_known_to_come_from_one(made: Results) -> None:

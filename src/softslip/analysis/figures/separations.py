@@ -18,20 +18,22 @@ from softslip.analysis.figures.drawing import (
     named,
     styled,
 )
-from softslip.analysis.figures.markers import draw_points, explained, verdicts
+from softslip.analysis.figures.markers import FloatArray, draw_points, explained, verdicts
 from softslip.analysis.figures.panels import (
     ROUGHNESS,
     above,
     facets,
     legend_above,
     note_missing,
+    selected,
     with_dimensions,
 )
 from softslip.analysis.figures.published import mark_place
+from softslip.analysis.figures.rheology import measured
 from softslip.analysis.figures.shown import Quantity, along, place, quantity, show
+from softslip.analysis.fits import FITTED
+from softslip.analysis.fits.finite_size import MOONEY_BULK, MOONEY_SLIP, SEPARATION
 from softslip.analysis.observables import mean_over_seeds
-
-SEPARATION = "wall_separation"
 
 KNOWN = ("stress", ROUGHNESS, SEPARATION)
 """Dimensions that do not become rows of panels."""
@@ -43,21 +45,26 @@ STEADY_VALUES = {
 }
 """What the last panel shows, the flag of each one's steady state, and its name and unit."""
 
+PINNED = ("slip_velocity", "shear_rate_bulk")
+"""V_s and γ̇_bulk of one separation."""
+
 
 @styled
-def finite_size(creep: xr.Dataset, flow_curve: xr.Dataset) -> Figure:
+def separations(creep: xr.Dataset, flow_curve: xr.Dataset, fits: xr.Dataset) -> Figure:
     """Draw the shear rates in time for each wall separation, and the steady values against it.
 
     One stress and roughness are shown: the stress at which most separations have runs, the
     highest of these, and the smoothest wall, where slip is strongest. The line is Eq. A1,
-    γ̇_wall(H) = 2 V_s/H + γ̇_bulk, with V_s and γ̇_bulk of the separation nearest to the paper's.
-    Where only one separation was run, the figure says so. Further dimensions get a row of panels
-    each.
+    γ̇_wall(H) = 2 V_s/H + γ̇_bulk, fitted to the apparent rates of all separations; where the fit
+    was not made, with V_s and γ̇_bulk of the separation nearest to the paper's. Where only one
+    separation was run, the figure says so. Further dimensions get a row of panels each.
 
     Parameters
     ----------
     creep, flow_curve
         From `analysis.observables`, of the same runs.
+    fits
+        The flow curve's `analysis.fits.fit_laws`.
     """
     series = with_dimensions(mean_over_seeds(creep), *KNOWN)
     table = with_dimensions(mean_over_seeds(flow_curve), *KNOWN)
@@ -73,7 +80,7 @@ def finite_size(creep: xr.Dataset, flow_curve: xr.Dataset) -> Figure:
         axes[1].set_title(r"(b) $\dot\gamma_\mathrm{bulk}$, the same")
         axes[0].set_ylabel(above(title, "shear rate [1 / time unit]"))
         _share_rates(axes[0], axes[1])
-        _draw_steady(axes[2], cell.sel(at))
+        _draw_steady(axes[2], cell.sel(at), selected(fits, chosen | at))
     legend_above(figure, panels[0][0])
     count = table.sizes[SEPARATION]
     alone = "" if count > 1 else "one wall separation only: sweep channel.height to compare"
@@ -119,8 +126,8 @@ def _share_rates(*panels: Axes) -> None:
         panel.tick_params(labelleft=False)
 
 
-def _draw_steady(axes: Axes, cell: xr.Dataset) -> None:
-    """Draw the steady values against the separation, with Eq. A1 through those of the widest."""
+def _draw_steady(axes: Axes, cell: xr.Dataset, fits: xr.Dataset) -> None:
+    """Draw the steady values against the separation, with Eq. A1."""
     axes.set(yscale="log", xlabel=r"$H$ [length unit]", title="(c) steady values")
     separation = cell[SEPARATION].values
     for number, (name, (flag, label)) in enumerate(STEADY_VALUES.items()):
@@ -138,7 +145,7 @@ def _draw_steady(axes: Axes, cell: xr.Dataset) -> None:
         columns = {key: cell[key] for key in (name, f"{name}_error")}
         kept = {key: quantity(each, each.values[shown]) for key, each in columns.items()}
         show(axes, "c", name.replace("_", " "), along(cell[name], shown) | kept, place(cell))
-    _draw_theory(axes, cell)
+    _draw_theory(axes, cell, fits)
     widest = 1.15 * np.nanmax(np.append(separation, paper.FULL_SEPARATION.value))
     axes.set_xlim(0, widest)
     if not unlike(cell):
@@ -148,23 +155,49 @@ def _draw_steady(axes: Axes, cell: xr.Dataset) -> None:
     axes.legend(loc="upper left", fontsize=7.5)
 
 
-def _draw_theory(axes: Axes, cell: xr.Dataset) -> None:
-    """Draw Eq. A1 with the slip velocity and bulk rate of one separation."""
+def _draw_theory(axes: Axes, cell: xr.Dataset, fits: xr.Dataset) -> None:
+    """Draw Eq. A1 as it was fitted, or with the slip velocity and bulk rate of one separation."""
     separation = cell[SEPARATION].values
-    with np.errstate(invalid="ignore"):
-        known = np.isfinite(cell["slip_velocity"].values) & np.isfinite(separation)
-    if not known.any():
+    made = str(fits[f"{MOONEY_SLIP}_message"].item()) == FITTED
+    source, names = (fits, (MOONEY_SLIP, MOONEY_BULK)) if made else (_pinned(cell), PINNED)
+    if source is None:
         return
-    distance = np.where(known, np.abs(separation - paper.FULL_SEPARATION.value), np.inf)
-    pinned = cell.isel({SEPARATION: int(np.argmin(distance))})
-    slip, bulk = float(pinned["slip_velocity"]), float(pinned["shear_rate_bulk"])
-    height = np.geomspace(0.8 * separation[known].min(), 1.25 * separation[known].max(), 100)
+    slip, bulk = (float(source[name]) for name in names)
+    height = np.geomspace(0.8 * np.nanmin(separation), 1.25 * np.nanmax(separation), 100)
     rate = 2 * slip / height + bulk
-    at = f"{float(pinned[SEPARATION]):.3g}"
-    label = rf"$2 V_s/H + \dot\gamma_\mathrm{{bulk}}$ of $H$ = {at}"
+    if made:
+        whose = rf"fitted: $V_s$ = {measured(fits, MOONEY_SLIP)}"
+        _draw_constants(axes, fits, height)
+    else:
+        whose = rf"of $H$ = {float(source[SEPARATION]):.3g}"
+    label = rf"$2 V_s/H + \dot\gamma_\mathrm{{bulk}}$ {whose}"
     axes.plot(height, rate, color="0.3", linewidth=0.9, linestyle=(0, (4, 2)), label=label)
     points = {
         SEPARATION: Quantity(height, "length unit", "distance between the walls"),
         "shear_rate_wall": Quantity(rate, "1 / time unit", "apparent shear rate of Eq. A1"),
     }
-    show(axes, "c", "Eq. A1", points, place(pinned))
+    show(axes, "c", "Eq. A1 fitted" if made else "Eq. A1", points, place(source))
+
+
+def _draw_constants(axes: Axes, fits: xr.Dataset, height: FloatArray) -> None:
+    """Draw what Eq. A1 takes as independent of H, V_s and γ̇_bulk, in the colours of the points."""
+    names = [f"{name}{end}" for name in (MOONEY_SLIP, MOONEY_BULK) for end in ("", "_error")]
+    parameters = {name: quantity(fits[name], [float(fits[name])]) for name in names}
+    show(axes, "c", "Eq. A1 fitted: parameters", parameters, place(fits))
+    shown = dict(zip(PINNED, (MOONEY_SLIP, MOONEY_BULK), strict=True))
+    for number, name in enumerate(STEADY_VALUES):
+        value = float(fits[shown[name]]) if name in shown else np.nan
+        if value > 0:
+            level = np.full_like(height, value)
+            axes.plot(height, level, color=COLOURS[number], linewidth=0.8, linestyle=":")
+
+
+def _pinned(cell: xr.Dataset) -> xr.Dataset | None:
+    """Return the values of the separation nearest to the paper's of which slip is known."""
+    separation = cell[SEPARATION].values
+    with np.errstate(invalid="ignore"):
+        known = np.isfinite(cell["slip_velocity"].values) & np.isfinite(separation)
+    if not known.any():
+        return None
+    distance = np.where(known, np.abs(separation - paper.FULL_SEPARATION.value), np.inf)
+    return cell.isel({SEPARATION: int(np.argmin(distance))})

@@ -8,6 +8,7 @@ are those of the profile of the likelihood.
 import xarray as xr
 
 from softslip.analysis.fits.critical_roughness import critical_roughness
+from softslip.analysis.fits.finite_size import finite_size
 from softslip.analysis.fits.flow import flow_law, herschel_bulkley
 from softslip.analysis.fits.points import FITTED
 from softslip.analysis.fits.powers import powers
@@ -18,6 +19,7 @@ from softslip.analysis.observables import mean_over_seeds
 __all__ = [
     "FITTED",
     "critical_roughness",
+    "finite_size",
     "fit_laws",
     "flow_law",
     "herschel_bulkley",
@@ -30,12 +32,14 @@ __all__ = [
 def fit_laws(flow_curve: xr.Dataset) -> xr.Dataset:
     """Fit the flow law; by its pooled yield stress the laws of slip, and the powers of the stress.
 
+    What depends on the size of the channel is fitted at each stress by itself.
+
     Returns
     -------
     xr.Dataset
-        The variables of `herschel_bulkley`, `slip_law`, `powers` and `critical_roughness`. Where
-        the flow curve does not determine a yield stress there is nothing that depends on it, and
-        the messages say so.
+        The variables of `herschel_bulkley`, `slip_law`, `powers`, `critical_roughness` and
+        `finite_size`. Where the flow curve does not determine a yield stress there is nothing that
+        depends on it, and the messages say so.
     """
     averaged = mean_over_seeds(flow_curve)
     flow = herschel_bulkley(averaged)
@@ -44,4 +48,5 @@ def fit_laws(flow_curve: xr.Dataset) -> xr.Dataset:
     error = flow["pooled_yield_stress_error"].where(known)
     slip = slip_law(averaged, offset, error)
     parts = [flow, slip, powers(averaged, offset, error), critical_roughness(slip)]
+    parts.append(finite_size(averaged))
     return xr.merge(parts, compat="no_conflicts", join="exact")

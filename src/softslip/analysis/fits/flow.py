@@ -56,7 +56,7 @@ def _at_imposed_stress(points: Points) -> Problem:
     """Return the fit of rates at exact stresses: parameters σ_y, ln k and ln n."""
 
     def deviations(parameters: FloatArray) -> FloatArray:
-        rates = flow_rate(points.stress, parameters[0], *np.exp(parameters[1:]))
+        rates = flow_rate(points.abscissa, parameters[0], *np.exp(parameters[1:]))
         return np.asarray((points.value - rates) / points.error)
 
     return Problem(deviations, points.freedom, points.common)
@@ -74,14 +74,14 @@ def _at_imposed_rate(points: Points) -> Problem:
         rate = np.maximum(points.value, points.error)
         carried = index * consistency * rate ** (index - 1) * points.error
         stress = flow_law(np.maximum(points.value, 0.0), parameters[0], consistency, index)
-        return np.asarray((points.stress - stress) / np.hypot(points.stress_error, carried))
+        return np.asarray((points.abscissa - stress) / np.hypot(points.abscissa_error, carried))
 
     return Problem(deviations, points.freedom, points.common)
 
 
 def _starts(points: Points) -> list[FloatArray]:
     """Return parameters to start from: straight lines in logarithms above some yield stresses."""
-    stress, rate = points.stress, points.value
+    stress, rate = points.abscissa, points.value
     positive = rate > 0
     low = float(stress.min())
     trials = [0.0, 0.5 * low, 0.9 * low, *(0.5 * (stress[:-1] + stress[1:]))[: len(stress) // 2]]
@@ -103,16 +103,16 @@ def _fit_flow_law(points: Points) -> Fit:
     Stresses and rates are divided by their largest first, so that nothing depends on units.
     """
     count = points.count
-    different = len(np.unique(points.stress))
+    different = len(np.unique(points.abscissa))
     if count < LEAST_POINTS or different < LEAST_POINTS:
         number = f"{count}" if count < LEAST_POINTS else f"{count}, at {different} stresses,"
         return nothing(3, count, f"too few steady points: {number} of at least {LEAST_POINTS}")
     points = moderated(points)
-    stress, rate = float(points.stress.max()), float(np.abs(points.value).max())
+    stress, rate = float(points.abscissa.max()), float(np.abs(points.value).max())
     if rate == 0:
         return nothing(3, count, "no point flows")
     scaled = points.over(stress, rate)
-    measured = bool((points.stress_error > 0).any())
+    measured = bool((points.abscissa_error > 0).any())
     problem = _at_imposed_rate(scaled) if measured else _at_imposed_stress(scaled)
     found = optimum(problem, _starts(scaled))
     if found is None:

@@ -12,7 +12,8 @@ LEAST_POINTS = 2
 """Fewest points whose errors are looked at together."""
 
 MOST_DEGREE = 2
-"""Highest degree of the curve along which errors change with stress, each with three stresses."""
+"""Highest degree of the curve along which errors change with the abscissa, each with three places
+of it."""
 
 LARGEST_FREEDOM = 1e4
 """Degrees of freedom of a common error that no scatter contradicts."""
@@ -20,12 +21,13 @@ LARGEST_FREEDOM = 1e4
 
 @dataclass(frozen=True)
 class Points:
-    """Measured values at stresses, all of shape (points,), sorted by stress.
+    """Measured values at places of an abscissa, all of shape (points,), sorted by it.
 
     Attributes
     ----------
-    stress, stress_error
-        Imposed, without error, or measured [stress unit].
+    abscissa, abscissa_error
+        The stress, imposed without error or measured [stress unit]; or a size of the channel,
+        without error [length unit].
     value, error
         Measured, at any value: also at or below zero.
     freedom
@@ -34,8 +36,8 @@ class Points:
         Degrees of freedom by which the errors of all of them are known together.
     """
 
-    stress: FloatArray
-    stress_error: FloatArray
+    abscissa: FloatArray
+    abscissa_error: FloatArray
     value: FloatArray
     error: FloatArray
     freedom: FloatArray
@@ -44,20 +46,20 @@ class Points:
     @property
     def count(self) -> int:
         """Number of points."""
-        return len(self.stress)
+        return len(self.abscissa)
 
     def where(self, chosen: NDArray[np.bool_]) -> "Points":
         """Return some of the points."""
-        rows = ("stress", "stress_error", "value", "error", "freedom")
+        rows = ("abscissa", "abscissa_error", "value", "error", "freedom")
         kept = {name: getattr(self, name)[chosen] for name in rows}
         return replace(self, **kept, common=float(kept["freedom"].sum()))
 
-    def over(self, stress: float, value: float) -> "Points":
-        """Return the points over a unit of stress and one of value."""
+    def over(self, abscissa: float, value: float) -> "Points":
+        """Return the points over a unit of the abscissa and one of value."""
         return replace(
             self,
-            stress=self.stress / stress,
-            stress_error=self.stress_error / stress,
+            abscissa=self.abscissa / abscissa,
+            abscissa_error=self.abscissa_error / abscissa,
             value=self.value / value,
             error=self.error / value,
         )
@@ -68,25 +70,25 @@ def moderated(points: Points) -> Points:
 
     The standard error over three seeds has two degrees of freedom; by chance it is a tenth of the
     true one for one point in a hundred, which would then rule a fit. The logarithms of the squared
-    errors are taken as a parabola (with six stresses) or a straight line in the logarithm of the
-    stress. They scatter about it by
-    their own few degrees of freedom d, and by as much as errors truly differ, as a scaled inverse
-    χ² of d₀ degrees of freedom. The squared error of each point is then (d₀ s₀² + d s²)/(d₀ + d),
-    with d₀ + d degrees of freedom (G. K. Smyth, *Stat. Appl. Genet. Mol. Biol.* 3, 3, 2004), but no
-    more than d/h, by which the curve is known there: h is the leverage of the point on it, 1 where
-    the curve goes through the point. Errors that are well known stay as they are.
+    errors are taken as a parabola (with six places) or a straight line in the logarithm of the
+    abscissa. They scatter about it by their own few degrees of freedom d, and by as much as errors
+    truly differ, as a scaled inverse χ² of d₀ degrees of freedom. The squared error of each point
+    is then (d₀ s₀² + d s²)/(d₀ + d), with d₀ + d degrees of freedom (G. K. Smyth, *Stat. Appl.
+    Genet. Mol. Biol.* 3, 3, 2004), but no more than d/h, by which the curve is known there: h is
+    the leverage of the point on it, 1 where the curve goes through the point. Errors that are well
+    known stay as they are.
 
     Parameters
     ----------
     points
-        At positive stresses, with positive errors.
+        At positive places, with positive errors.
     """
     if points.count < LEAST_POINTS:
         return points
     freedom = points.freedom
     logarithm = np.log(points.error**2) - special.digamma(freedom / 2) + np.log(freedom / 2)
-    degree = min(MOST_DEGREE, len(np.unique(points.stress)) // 3)
-    at = np.log(points.stress / points.stress.max())
+    degree = min(MOST_DEGREE, len(np.unique(points.abscissa)) // 3)
+    at = np.log(points.abscissa / points.abscissa.max())
     basis, _ = np.linalg.qr(np.vander(at, degree + 1))
     curve = basis @ (basis.T @ logarithm)
     scatter = float(np.sum((logarithm - curve) ** 2)) / (points.count - 1 - degree)

@@ -67,7 +67,7 @@ def nothing(size: int, points: int, message: str) -> Fit:
 
 
 def usable_points(rows: Mapping[str, NDArray[np.generic]]) -> Points:
-    """Return the points that have a steady verdict and an error, sorted by stress.
+    """Return the points that have a steady verdict and an error, sorted by the abscissa.
 
     No point is left out, or taken, for its value: that would bias what is fitted to it. Errors are
     at least 1 % of the value.
@@ -75,31 +75,51 @@ def usable_points(rows: Mapping[str, NDArray[np.generic]]) -> Points:
     Parameters
     ----------
     rows
-        ``stress``, ``stress_error``, ``value``, ``error``, ``freedom`` and ``steady`` of points.
+        ``abscissa``, ``abscissa_error``, ``value``, ``error``, ``freedom`` and ``steady`` of
+        points.
     """
     found = {key: np.asarray(row, dtype=np.float64) for key, row in rows.items() if key != "steady"}
     found["error"] = np.maximum(found["error"], LEAST_RELATIVE_ERROR * np.abs(found["value"]))
     found["freedom"] = np.where(found["freedom"] > 0, found["freedom"], MOST_FREEDOM)
     with np.errstate(invalid="ignore"):
         usable = np.asarray(rows["steady"], dtype=bool) & np.isfinite(found["value"])
-        usable &= (found["stress"] > 0) & np.isfinite(found["error"]) & (found["error"] > 0)
-    order = np.argsort(found["stress"][usable], kind="stable")
+        usable &= (found["abscissa"] > 0) & np.isfinite(found["error"]) & (found["error"] > 0)
+    order = np.argsort(found["abscissa"][usable], kind="stable")
     kept = {key: row[usable][order] for key, row in found.items()}
     return Points(**kept, common=float(kept["freedom"].sum()))
 
 
-def each_cell(
+def points_of_cells(
     flow_curve: xr.Dataset,
     name: str,
     flag: str,
     pooled: tuple[str, ...],
-    fit: Callable[[dict[str, int], Points], Fit],
-) -> tuple[tuple[str, ...], dict[tuple[int, ...], Fit]]:
-    """Fit the points of every combination of the dimensions that are not pooled."""
+    along: str = IMPOSED_STRESS,
+) -> tuple[tuple[str, ...], dict[tuple[int, ...], Points]]:
+    """Return the usable points of every combination of the dimensions that are not pooled.
+
+    Parameters
+    ----------
+    flow_curve
+        Averages over seeds.
+    name, flag
+        Its variable that is fitted, with its ``_error``, and the flag of its steady state.
+    pooled
+        Dimensions whose points are fitted together.
+    along
+        The abscissa.
+
+    Returns
+    -------
+    dims
+        The other dimensions.
+    points
+        Those of each cell, by its place along them.
+    """
     value, unknown = flow_curve[name], xr.full_like(flow_curve[name], MOST_FREEDOM)
     columns = {
-        "stress": flow_curve["stress"],
-        "stress_error": flow_curve.get("stress_error", xr.zeros_like(value)),
+        "abscissa": flow_curve[along],
+        "abscissa_error": flow_curve.get(f"{along}_error", xr.zeros_like(value)),
         "value": value,
         "error": flow_curve[f"{name}_error"],
         "freedom": flow_curve.get(f"{name}_freedom", unknown),
@@ -111,11 +131,32 @@ def each_cell(
         key: column.broadcast_like(value).transpose(*order).values
         for key, column in columns.items()
     }
-    fits: dict[tuple[int, ...], Fit] = {}
+    points: dict[tuple[int, ...], Points] = {}
     for place in np.ndindex(*(value.sizes[dim] for dim in dims)):
-        rows = {key: np.ravel(column[place]) for key, column in laid.items()}
-        fits[place] = fit(dict(zip(dims, place, strict=True)), usable_points(rows))
-    return dims, fits
+        points[place] = usable_points({key: np.ravel(each[place]) for key, each in laid.items()})
+    return dims, points
+
+
+def each_cell(
+    flow_curve: xr.Dataset,
+    name: str,
+    flag: str,
+    pooled: tuple[str, ...],
+    fit: Callable[[dict[str, int], Points], Fit],
+) -> tuple[tuple[str, ...], dict[tuple[int, ...], Fit]]:
+    """Fit the points of every combination of the dimensions that are not pooled.
+
+    Parameters
+    ----------
+    flow_curve, name, flag, pooled
+        As for `points_of_cells`; the abscissa is the stress.
+    fit
+        Takes the place of a cell along each other dimension, and its points.
+    """
+    dims, points = points_of_cells(flow_curve, name, flag, pooled)
+    return dims, {
+        place: fit(dict(zip(dims, place, strict=True)), points[place]) for place in points
+    }
 
 
 def number_at(numbers: xr.DataArray, at: Mapping[str, int]) -> float:

@@ -41,18 +41,18 @@ def fit_power(points: Points, offset: float, offset_error: float) -> Fit:
     offset, offset_error
         σ_y and its error [stress unit].
     """
-    if points.count < LEAST_POINTS or len(np.unique(points.stress)) < LEAST_POINTS:
+    if points.count < LEAST_POINTS or len(np.unique(points.abscissa)) < LEAST_POINTS:
         said = f"too few points: {points.count} of at least {LEAST_POINTS}"
         return nothing(1, points.count, said)
     points = moderated(points)
-    stress, size = float(points.stress.max()), float(np.abs(points.value).max())
-    middle = float(np.exp(np.mean(np.log(points.stress - offset)))) / stress
+    stress, size = float(points.abscissa.max()), float(np.abs(points.value).max())
+    middle = float(np.exp(np.mean(np.log(points.abscissa - offset)))) / stress
     at, doubt = offset / stress, offset_error / stress
     exact = offset_error == 0
 
     def deviations(parameters: FloatArray) -> FloatArray:
         start = at if exact else float(parameters[-1])
-        excess = np.maximum(points.stress / stress - start, 1e-9) / middle
+        excess = np.maximum(points.abscissa / stress - start, 1e-9) / middle
         found = (
             (points.value / size - parameters[1] * excess ** parameters[0]) * size / points.error
         )
@@ -103,5 +103,5 @@ def _fit_cell(offsets: xr.Dataset, name: str, at: dict[str, int], points: Points
     offset, error = number_at(offsets["value"], at), number_at(offsets["error"], at)
     if not (np.isfinite(offset) and np.isfinite(error)):
         return nothing(1, 0, "the yield stress is not known")
-    chosen = points.where(on_side(points.stress, offset, error, above=True))
+    chosen = points.where(on_side(points.abscissa, offset, error, above=True))
     return fit_power(chosen, offset, error)

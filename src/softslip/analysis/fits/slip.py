@@ -36,7 +36,7 @@ EVIDENCE = "slip_linear_evidence"
 def _scaled(points: Points) -> tuple[Points, float, float]:
     """Return points over their largest stress and velocity, and these; errors are moderated."""
     points = moderated(points)
-    stress = float(points.stress.max())
+    stress = float(points.abscissa.max())
     speed = max(float(np.abs(points.value).max()), float(points.error.max()))
     return points.over(stress, speed), stress, speed
 
@@ -49,19 +49,19 @@ def _law(
     Δ is the largest σ − σ_y. σ_y is as likely as its error says; it is no parameter where it is
     exact.
     """
-    largest = float(points.stress.max()) - offset
+    largest = float(points.abscissa.max()) - offset
     exact = offset_error == 0
 
     def deviations(parameters: FloatArray) -> FloatArray:
         power = parameters[1] if exponent is None else exponent
         start = offset if exact else float(parameters[-1])
-        excess = np.maximum(points.stress - start, 1e-9 * largest)
+        excess = np.maximum(points.abscissa - start, 1e-9 * largest)
         speeds = parameters[0] * (excess / largest) ** power
         found = (points.value - speeds) / points.error
         return found if exact else np.append(found, (start - offset) / offset_error)
 
     freedom = points.freedom if exact else np.append(points.freedom, 1e6)
-    level = float(np.average(points.value, weights=(points.stress - offset) / points.error**2))
+    level = float(np.average(points.value, weights=(points.abscissa - offset) / points.error**2))
     middle = [] if exponent is not None else [1.0]
     last = [] if exact else [offset]
     starts = [np.array([level * factor, *middle, *last]) for factor in (1.0, 2.0)]
@@ -105,10 +105,10 @@ def _fit_intercept(points: Points, offset: float) -> Fit:
     scaled, stress, _ = _scaled(points)
 
     def deviations(parameters: FloatArray) -> FloatArray:
-        speeds = parameters[1] * (scaled.stress - parameters[0])
+        speeds = parameters[1] * (scaled.abscissa - parameters[0])
         return np.asarray((scaled.value - speeds) / scaled.error)
 
-    slope, _ = np.polyfit(scaled.stress, scaled.value, 1, w=1 / scaled.error)
+    slope, _ = np.polyfit(scaled.abscissa, scaled.value, 1, w=1 / scaled.error)
     law = LawToFit(
         Problem(deviations, scaled.freedom, scaled.common),
         [np.array([offset / stress, slope]), np.array([0.0, slope])],
@@ -190,12 +190,12 @@ def _fitted_everywhere(flow_curve: xr.Dataset, offsets: xr.Dataset, name: str) -
     def fit(at: dict[str, int], points: Points) -> Fit:
         offset, error = number_at(offsets["value"], at), number_at(offsets["error"], at)
         if math.isfinite(offset) and math.isfinite(error):
-            chosen = on_side(points.stress, offset, error, above)
+            chosen = on_side(points.abscissa, offset, error, above)
             return _MAKERS[name](points.where(chosen), offset, error)
         if not alone:
             return nothing(1, 0, "the yield stress is not known")
         least = number_at(offsets["flowing"], at)
-        chosen = (points.stress >= least) if above else ~(points.stress >= least)
+        chosen = (points.abscissa >= least) if above else ~(points.abscissa >= least)
         return _MAKERS[name](points.where(chosen), 0.0, 0.0)
 
     dims, fits = each_cell(flow_curve, "slip_velocity", "steady_slip", DRIVES, fit)

@@ -6,6 +6,16 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from softslip.analysis.fits.finite_size import (
+    FLAGS_OF_TRENDS,
+    MISMATCH,
+    MOONEY_BULK,
+    MOONEY_SLIP,
+    SIZES,
+    trend_name,
+)
+from softslip.analysis.observables.master_curves import LEAST_CURVES, NAMES
+
 _FLOW = ("yield_stress", "consistency", "flow_index")
 
 LAWS: dict[str, tuple[str, tuple[str, ...]]] = {
@@ -28,6 +38,16 @@ LAWS: dict[str, tuple[str, tuple[str, ...]]] = {
         ("pooled_yielding_exponent",),
     ),
     "slip time": ("slip_time_exponent_message", ("slip_time_exponent",)),
+    "apparent shear rate over wall separations": (
+        f"{MOONEY_SLIP}_message",
+        (MOONEY_SLIP, MOONEY_BULK, MISMATCH),
+    ),
+    **{
+        f"{name.replace('_', ' ')} over {words}": (f"{parameter}_message", (parameter,))
+        for size, words in zip(SIZES, ("wall separations", "channel lengths"), strict=True)
+        for name in FLAGS_OF_TRENDS
+        for parameter in (trend_name(name, size),)
+    },
 }
 """Laws by what they are called, their messages and their parameters."""
 
@@ -45,22 +65,68 @@ def _told(fits: xr.Dataset, name: str, cell: dict[str, Any]) -> str:
     return f"{value} ± {fits[f'{name}_error'].isel(cell).item():.2g}"
 
 
-def summary(fits: xr.Dataset) -> str:
+def _place(here: xr.DataArray, cell: dict[str, Any]) -> str:
+    """Return where a cell is, in words."""
+    at = ", ".join(f"{dim} {here[dim].item()}" for dim in cell if dim in here.coords)
+    return f" ({at})" if at else ""
+
+
+def _law_lines(fits: xr.Dataset, law: str) -> Iterator[str]:
+    """Yield a line for each cell of a law; one for all where they say alike that there is none."""
+    message_name, names = LAWS[law]
+    message = fits[message_name]
+    made = np.isfinite(fits[names[0]]).any()
+    words = set(message.values.ravel().tolist())
+    if len(words) == 1 and not made:
+        yield f"{law}: {words.pop()}"
+        return
+    for cell in _cells(message):
+        here = message.isel(cell)
+        said = str(here.item())
+        if np.isfinite(fits[names[0]].isel(cell).item()):
+            said = f"{said}: {', '.join(_told(fits, name, cell) for name in names)}"
+        yield f"{law}{_place(here, cell)}: {said}"
+
+
+def _collapse_lines(flow_curve: xr.Dataset) -> Iterator[str]:
+    """Yield a line on how well the bulk's rates in time collapse over roughnesses."""
+    law = "bulk shear rate in time, over roughnesses"
+    curves = flow_curve["master_curves"]
+    if int(curves.max()) < LEAST_CURVES:
+        yield f"{law}: one roughness only: sweep wall.roughness"
+        return
+    for cell in _cells(curves):
+        here = curves.isel(cell)
+        spread, expected, ratio, chance = (
+            float(flow_curve[NAMES[field]].isel(cell))
+            for field in ("spread", "expected", "ratio", "chance")
+        )
+        if not np.isfinite(spread):
+            said = f"runs at {here.item()} of at least {LEAST_CURVES} roughnesses"
+        elif not np.isfinite(ratio):
+            said = (
+                f"spread = {spread:.2g} of the rate; sweep seed to tell whether that is its error"
+            )
+        else:
+            said = (
+                f"spread = {spread:.2g} of the rate, {ratio:.2g} times that of seeds, "
+                f"{expected:.2g} (chance {chance:.2g}), {here.item()} roughnesses"
+            )
+        yield f"{law}{_place(here, cell)}: {said}"
+
+
+def summary(fits: xr.Dataset, flow_curve: xr.Dataset) -> str:
     """Return one line for each fit: its parameters with errors, or why it was not made.
+
+    Where all fits of a law say alike why they were not made, one line says so. Last are lines on
+    how well the bulk's shear rates in time collapse over roughnesses (`collapse`).
 
     Parameters
     ----------
     fits
         From `analysis.fits.fit_laws`.
+    flow_curve
+        From `analysis.observables.flow_curve`, which it was fitted to.
     """
-    lines = []
-    for law, (message_name, names) in LAWS.items():
-        message = fits[message_name]
-        for cell in _cells(message):
-            here = message.isel(cell)
-            said = str(here.item())
-            if np.isfinite(fits[names[0]].isel(cell).item()):
-                said = f"{said}: {', '.join(_told(fits, name, cell) for name in names)}"
-            at = ", ".join(f"{dim} {here[dim].item()}" for dim in cell if dim in here.coords)
-            lines.append(f"{law}{f' ({at})' if at else ''}: {said}")
-    return "\n".join(lines)
+    lines = [line for law in LAWS for line in _law_lines(fits, law)]
+    return "\n".join([*lines, *_collapse_lines(flow_curve)])

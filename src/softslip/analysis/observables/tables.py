@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from softslip.analysis.observables.master_curves import collapse
 from softslip.analysis.observables.series import (
     BULK_SERIES,
     FloatArray,
@@ -181,9 +182,12 @@ def flow_curve(runs: Runs) -> xr.Dataset:
     """Collect the steady-state averages, times and heterogeneity of runs (Figs. 5 to 8).
 
     See `collect` for the layout, and `steady_state`, `yielding_time`, `slip_time`,
-    `heterogeneity` and `slip_lengths` for the variables.
+    `heterogeneity` and `slip_lengths` for the variables of each run. `collapse` of `creep` adds
+    what the runs of all roughnesses and seeds say together, without these dimensions.
     """
-    return collect(runs, _scalars).assign_attrs(title="Flow curve")
+    pairs = list(runs)
+    table = collect(pairs, _scalars)
+    return table.assign(collapse(creep(pairs)).data_vars).assign_attrs(title="Flow curve")
 
 
 def creep(runs: Runs, points_per_decade: int = 20) -> xr.Dataset:

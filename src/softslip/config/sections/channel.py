@@ -16,6 +16,7 @@ class Channel(Section):
         paper=0.5,
         gt=0,
         le=100,
+        label="channel_length",
         description="Period along the flow.",
     )
     height: float = quantity(

@@ -9,6 +9,15 @@ import xarray as xr
 
 from softslip.analysis.fits import FITTED
 from softslip.analysis.fits.critical_roughness import NAME as CRITICAL
+from softslip.analysis.fits.finite_size import (
+    FLAGS_OF_TRENDS,
+    MOONEY_BULK,
+    MOONEY_SLIP,
+    SEPARATION,
+    SIZES,
+    refusal,
+    trend_name,
+)
 from softslip.analysis.fits.flow import PARAMETERS
 from softslip.analysis.fits.points import with_stress
 from softslip.analysis.fits.powers import EXPONENTS
@@ -79,6 +88,9 @@ class Law:
         1 for stresses above the pooled yield stress only, -1 for those below, 0 for all.
     alone
         Whether it is also fitted where the yield stress is not known.
+    size
+        Dimension of the channel's size that it is fitted over at each stress; empty where it is
+        fitted over stresses.
     """
 
     series: str
@@ -87,6 +99,7 @@ class Law:
     message: str
     side: int
     alone: bool = False
+    size: str = ""
 
 
 def law_of(variable: str) -> Law | None:
@@ -99,6 +112,9 @@ def law_of(variable: str) -> Law | None:
     for name in SLIP_LAWS:
         if variable == name or variable.startswith(f"{name}_"):
             return _slip_law(name)
+    for name, law in _LAWS_OF_SIZE.items():
+        if variable == name or variable.startswith(f"{name}_"):
+            return law
     prefix = POOLED if variable.startswith(POOLED) else ""
     bare = variable.removeprefix(prefix)
     for series, name in EXPONENTS.items():
@@ -116,6 +132,25 @@ def _slip_law(name: str) -> Law:
     points, message = f"{name}_points", f"{name}_message"
     alone = name in WITHOUT_YIELD_STRESS
     return Law("slip_velocity", "steady_slip", points, message, SLIP_LAWS[name], alone)
+
+
+def _law_of_size(name: str, series: str, flag: str, size: str) -> Law:
+    """Return what is fitted over a size of the channel."""
+    return Law(series, flag, f"{name}_points", f"{name}_message", 0, size=size)
+
+
+_LAWS_OF_SIZE: Mapping[str, Law] = {
+    **dict.fromkeys(
+        (MOONEY_SLIP, MOONEY_BULK),
+        _law_of_size(MOONEY_SLIP, "shear_rate_wall", "steady_wall", SEPARATION),
+    ),
+    **{
+        trend_name(series, size): _law_of_size(trend_name(series, size), series, flag, size)
+        for size in SIZES
+        for series, flag in FLAGS_OF_TRENDS.items()
+    },
+}
+"""What the outcomes of `analysis.fits.finite_size` were fitted to, by their parameter."""
 
 
 def fit_message(values: Values) -> str:
@@ -248,14 +283,17 @@ def _reasons(fits: xr.Dataset, curve: xr.Dataset, law: Law) -> xr.DataArray:
 
 def _tested(fits: xr.Dataset, curve: xr.Dataset, law: Law) -> xr.DataArray:
     """Return why each point cannot be fitted, `ENTERED` where it can."""
-    curve = with_stress(curve)
-    value, stress = curve[law.series], curve["stress"]
-    error = curve[f"{law.series}_error"]
+    value, error = curve[law.series], curve[f"{law.series}_error"]
     reasons: dict[str, xr.DataArray] = {
         "not steady": curve[law.flag] if law.flag else value.notnull(),
         "of unknown error": (abs(error) < np.inf) & ((error > 0) | (value != 0)),
-        "not at a positive stress": stress > 0,
     }
+    if law.size:
+        unfit = refusal(curve, law.size)
+        reasons |= {unfit: xr.full_like(value, False, dtype=bool)} if unfit else {}
+    else:
+        curve = with_stress(curve)
+        reasons["not at a positive stress"] = curve["stress"] > 0
     if law.side:
         reasons |= _on_side(fits, curve, law)
     verdicts = xr.full_like(value, ENTERED, dtype=object)
