@@ -149,7 +149,7 @@ DATASETS: Mapping[str, TableEntry] = {
             "softslip.analysis.fits:fit_laws",
             "Parameters of the Herschel-Bulkley law and of laws of wall slip, with standard "
             "errors, fitted to steady flow of dense suspensions of soft particles.",
-            f"{_SCHEMAS}:FITS",
+            "softslip.files.fit_schemas:FITS",
             "fits to averages of simulations",
         ),
         TableEntry(

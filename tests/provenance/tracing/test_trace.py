@@ -25,8 +25,9 @@ from softslip.provenance import archive
 from softslip.provenance.archive import FOUND, MISSING, REPLACED, UNREADABLE
 from softslip.provenance.tracing import walk as module
 from softslip.provenance.tracing.ancestry import Node, Trace
-from softslip.provenance.tracing.contributions import fitted_parts, law_of, miscounted
+from softslip.provenance.tracing.contributions import fitted_parts, miscounted
 from softslip.provenance.tracing.diagrams import MOST_BOXES, diagram
+from softslip.provenance.tracing.fitted_laws import law_of
 from softslip.provenance.tracing.origins import joint_provenance, swept_values
 from softslip.provenance.tracing.targets import (
     SAME_NUMBER,

@@ -74,7 +74,7 @@ def collapse(creep: xr.Dataset) -> xr.Dataset:
     random: the chance is the share of `SHUFFLES` exchanges with at least the spread found. It
     assumes nothing about how the curves are correlated in time, nor that packings of one seed at
     several roughnesses are independent. It is no smaller than the number of different exchanges
-    allows: 1/4 with two seeds and two roughnesses, for which no test can tell more.
+    allows: 1/4 with three seeds and two roughnesses.
 
     Parameters
     ----------
@@ -100,7 +100,8 @@ def collapse(creep: xr.Dataset) -> xr.Dataset:
         NAMES[field]: (dims, np.reshape([getattr(each, field) for each in found], shape))
         for field in Collapse._fields
     }
-    return described(xr.Dataset(columns))
+    coords = {dim: creep[dim] for dim in dims if dim in creep.coords}
+    return described(xr.Dataset(columns, coords))
 
 
 def collapse_of(rates: FloatArray, log_time: FloatArray) -> Collapse:

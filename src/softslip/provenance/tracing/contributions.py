@@ -1,50 +1,24 @@
 """Which runs a value was computed from, from the table of runs that it goes back to."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from softslip.analysis.fits import FITTED
-from softslip.analysis.fits.critical_roughness import NAME as CRITICAL
-from softslip.analysis.fits.finite_size import (
-    FLAGS_OF_TRENDS,
-    MOONEY_BULK,
-    MOONEY_SLIP,
-    SEPARATION,
-    SIZES,
-    refusal,
-    trend_name,
-)
-from softslip.analysis.fits.flow import PARAMETERS
+from softslip.analysis.fits.finite_size import refusal
 from softslip.analysis.fits.points import with_stress
-from softslip.analysis.fits.powers import EXPONENTS
-from softslip.analysis.fits.slip import (
-    CLEAR,
-    COEFFICIENT,
-    EVIDENCE,
-    EXPONENT,
-    INTERCEPT,
-    NEWTONIAN,
-    least_flowing_stress,
-)
+from softslip.analysis.fits.slip import CLEAR, least_flowing_stress
 from softslip.analysis.observables import mean_over_seeds
 from softslip.errors import DatasetError
+from softslip.files.quantities import POOLED
+from softslip.provenance.tracing.fitted_laws import Law, law_of
 from softslip.provenance.tracing.targets import Values, value_at
 
 RUN = "run_id"
 """Variable of a table of runs that says which run each cell comes from."""
-
-POOLED = "pooled_"
-"""Beginning of the names of what is fitted to all roughnesses together."""
-
-SLIP_LAWS = {NEWTONIAN: -1, COEFFICIENT: 1, EXPONENT: 1, INTERCEPT: 1}
-"""Parameters of slip, and on which side of yield they are fitted."""
-
-WITHOUT_YIELD_STRESS = (NEWTONIAN, INTERCEPT)
-"""Those that need no yield stress: without one, the bulk's verdicts tell the sides."""
 
 ENTERED = ""
 """Reason of a run that was not left out."""
@@ -70,87 +44,6 @@ class Part:
     coordinates: Mapping[str, Any]
     of: str
     left_out: str
-
-
-@dataclass(frozen=True)
-class Law:
-    """What a fitted variable was fitted to.
-
-    Attributes
-    ----------
-    series, flag
-        Variables of the flow curve: the points, and whether each is steady.
-    points
-        Variable of the fits with the number of points.
-    message
-        Variable of the fits that says whether it was fitted.
-    side
-        1 for stresses above the pooled yield stress only, -1 for those below, 0 for all.
-    alone
-        Whether it is also fitted where the yield stress is not known.
-    size
-        Dimension of the channel's size that it is fitted over at each stress; empty where it is
-        fitted over stresses.
-    """
-
-    series: str
-    flag: str
-    points: str
-    message: str
-    side: int
-    alone: bool = False
-    size: str = ""
-
-
-def law_of(variable: str) -> Law | None:
-    """Return what a variable of the fits was fitted to, None where it is no outcome of a fit."""
-    if variable == EVIDENCE:
-        return law_of(COEFFICIENT)
-    if variable.startswith(CRITICAL):
-        # It follows from the slip coefficients of all roughnesses.
-        return replace(_slip_law(COEFFICIENT), message=f"{CRITICAL}_message")
-    for name in SLIP_LAWS:
-        if variable == name or variable.startswith(f"{name}_"):
-            return _slip_law(name)
-    for name, law in _LAWS_OF_SIZE.items():
-        if variable == name or variable.startswith(f"{name}_"):
-            return law
-    prefix = POOLED if variable.startswith(POOLED) else ""
-    bare = variable.removeprefix(prefix)
-    for series, name in EXPONENTS.items():
-        if bare == name or bare.startswith(f"{name}_"):
-            side = 0 if series == "heterogeneity" else 1
-            return Law(series, "", f"{prefix}{name}_points", f"{prefix}{name}_message", side)
-    bare = bare.removesuffix("_error").removesuffix("_interval")
-    if bare in (*PARAMETERS, "covariance", "reduced_chi_square", "points", "fit_message"):
-        return Law("shear_rate_bulk", "steady_bulk", f"{prefix}points", f"{prefix}fit_message", 0)
-    return None
-
-
-def _slip_law(name: str) -> Law:
-    """Return what a parameter of slip was fitted to."""
-    points, message = f"{name}_points", f"{name}_message"
-    alone = name in WITHOUT_YIELD_STRESS
-    return Law("slip_velocity", "steady_slip", points, message, SLIP_LAWS[name], alone)
-
-
-def _law_of_size(name: str, series: str, flag: str, size: str) -> Law:
-    """Return what is fitted over a size of the channel."""
-    return Law(series, flag, f"{name}_points", f"{name}_message", 0, size=size)
-
-
-_LAWS_OF_SIZE: Mapping[str, Law] = {
-    **dict.fromkeys(
-        (MOONEY_SLIP, MOONEY_BULK),
-        _law_of_size(MOONEY_SLIP, "shear_rate_wall", "steady_wall", SEPARATION),
-    ),
-    **{
-        trend_name(series, size): _law_of_size(trend_name(series, size), series, flag, size)
-        for size in SIZES
-        for series, flag in FLAGS_OF_TRENDS.items()
-    },
-}
-"""What the outcomes of `analysis.fits.finite_size` were fitted to, by their parameter."""
 
 
 def fit_message(values: Values) -> str:
