@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from softslip.analysis.observables.series import FloatArray, IntArray
+from softslip.analysis.observables.series import FloatArray
 from softslip.files.quantities import described
 
 ROUGHNESS, SEED = "roughness", "seed"
@@ -126,12 +126,12 @@ def collapse_of(rates: FloatArray, log_time: FloatArray) -> Collapse:
     # Rates in units of their root mean square, and times by their share of the logarithmic axis.
     unit = np.sqrt(weight / weight.sum() / np.where(scale > 0, scale, 1.0))
     scaled = runs * unit
-    power = _variance_between(scaled, done)
+    counts = done.sum(axis=1)
+    means = scaled.sum(axis=1) / counts[:, None]
+    power = float(_variance_between(means))
     freedom = int(done.sum()) - curves
     if not freedom:
         return Collapse(spread=float(np.sqrt(power)), curves=curves)
-    counts = done.sum(axis=1)
-    means = scaled.sum(axis=1) / counts[:, None]
     within = float(np.sum(((scaled - means[:, None]) ** 2)[done])) / freedom
     expected = within * float(np.mean(1 / counts))
     return Collapse(
@@ -143,29 +143,23 @@ def collapse_of(rates: FloatArray, log_time: FloatArray) -> Collapse:
     )
 
 
-def _variance_between(scaled: FloatArray, done: NDArray[np.bool_]) -> float:
-    """Return the variance of the means over seeds, between roughnesses, summed over time."""
-    means = scaled.sum(axis=1) / done.sum(axis=1)[:, None]
-    return float(np.sum((means - means.mean(axis=0)) ** 2)) / (len(means) - 1)
+def _variance_between(means: FloatArray) -> FloatArray:
+    """Return the variance of curves of shape (..., roughness, time), summed over time."""
+    return np.asarray(np.var(means, axis=-2, ddof=1).sum(axis=-1))
 
 
 def _chance(scaled: FloatArray, done: NDArray[np.bool_], power: float) -> float:
     """Return how often the variance is at least as large with roughnesses exchanged at random."""
     random = np.random.default_rng(np.random.SeedSequence((*done.shape, SHUFFLES)))
-    # As exchanges of equal value differ by rounding.
-    least = power * (1 - 1e-9)
-    larger = 0
-    for _ in range(SHUFFLES):
-        order = _exchanged(done, random)
-        shuffled = np.take_along_axis(scaled, order[..., None], axis=0)
-        larger += _variance_between(shuffled, done) >= least
-    return (1 + larger) / (1 + SHUFFLES)
-
-
-def _exchanged(done: NDArray[np.bool_], random: np.random.Generator) -> IntArray:
-    """Return for each place the roughness that its run comes from, of the same seed."""
-    order = np.broadcast_to(np.arange(len(done))[:, None], done.shape).copy()
+    # Variances go by products of curves, for which as many coordinates as curves do.
+    curves = scaled.reshape(-1, scaled.shape[-1])
+    coordinates = np.linalg.qr(curves.T, mode="r").T.reshape(*done.shape, -1)
+    sums = np.zeros((SHUFFLES, len(done), coordinates.shape[-1]))
     for seed in range(done.shape[1]):
         there = np.flatnonzero(done[:, seed])
-        order[there, seed] = random.permutation(there)
-    return order
+        order = random.permuted(np.tile(there, (SHUFFLES, 1)), axis=1)
+        sums[:, there] += coordinates[order, seed]
+    shuffled = _variance_between(sums / done.sum(axis=1)[:, None])
+    # Exchanges that change nothing differ by rounding.
+    larger = int(np.sum(shuffled >= power * (1 - 1e-9)))
+    return (1 + larger) / (1 + SHUFFLES)
