@@ -88,11 +88,10 @@ TABLE = [
     ("gather fit", "analysis.observables.master_curves"),
     ("fit", "analysis.fits.summary"),
     ("fit draw coverage", "analysis.fits.flow"),
-    ("fit compare draw coverage", "analysis.fits.points"),
+    ("fit compare draw coverage", "analysis.fits.finite_size analysis.fits.points"),
     ("fit coverage", "analysis.fits analysis.fits.critical_roughness analysis.fits.likelihood"),
     ("fit coverage", "analysis.fits.measured_points analysis.fits.outcomes"),
     ("fit coverage", "analysis.fits.powers analysis.fits.slip"),
-    ("fit coverage", "analysis.fits.finite_size"),
     # It only collects names.
     ("", "studies.coverage studies.coverage.coverage_markdown"),
     ("coverage", "studies.coverage.*"),
