@@ -153,7 +153,8 @@ def _chance(scaled: FloatArray, done: NDArray[np.bool_], power: float) -> float:
     random = np.random.default_rng(np.random.SeedSequence((*done.shape, SHUFFLES)))
     # Variances go by products of curves, for which as many coordinates as curves do.
     curves = scaled.reshape(-1, scaled.shape[-1])
-    coordinates = np.linalg.qr(curves.T, mode="r").T.reshape(*done.shape, -1)
+    _, triangle = np.linalg.qr(curves.T)
+    coordinates = triangle.T.reshape(*done.shape, -1)
     sums = np.zeros((SHUFFLES, len(done), coordinates.shape[-1]))
     for seed in range(done.shape[1]):
         there = np.flatnonzero(done[:, seed])
