@@ -39,6 +39,7 @@ function drawRunProfile(run) {
   straight.line = { color: "#888", width: 1, dash: "dot" };
   const axes = [axisLayout("y / H", false), axisLayout("v<sub>norm</sub>", false)];
   Plotly.react(byId("run-profile"), [straight, band, line], layout(...axes), CONFIG);
+  byId("run-profile-note").textContent = thinnedNote("normalised_velocity");
 }
 
 function drawRunCreep(run) {
@@ -60,6 +61,7 @@ function drawRunCreep(run) {
   const axes = [axisLayout(`t [${time[0]}]`, true), axisLayout(`γ̇ [${rate[0]}]`, true)];
   const legend = { x: 1, xanchor: "right", y: 1, bgcolor: "rgba(255, 255, 255, 0.8)" };
   Plotly.react(byId("run-creep"), traces, layout(...axes, { showlegend: true, legend }), CONFIG);
+  byId("run-creep-note").textContent = thinnedNote("shear_rate_wall");
 }
 
 function svg(name, attributes, ...children) {
