@@ -38,6 +38,12 @@ def made_up(
     return tables_of(runs), [run for _, run in runs if run is not None]
 
 
+def columns_of(table: xr.Dataset) -> list[str]:
+    """Return the quantities of a table that have one value for each run."""
+    of_runs = [str(name) for name in table if table[name].dims == table["status"].dims]
+    return [name for name in of_runs if name not in ("status", "run_id")]
+
+
 def many(table: xr.Dataset, copies: int) -> xr.Dataset:
     """Return a table over more runs: each curve with noise of its own, along one more axis."""
     random = generator(copies, 5)

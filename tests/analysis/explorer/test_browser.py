@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from explorer_synthetic import made_up, many, saved
+from explorer_synthetic import columns_of, made_up, many, saved
 
 from softslip.provenance.export.csv_file import cells
 
@@ -158,11 +158,7 @@ def test_numbers_are_written_as_export_writes_them(driver: Any, path: Path, made
         ".map((row) => [...row.cells].map((cell) => cell.textContent))"
     )
     cell = table.sel(stress=0.2, roughness=0.59, seed=2)
-    expected = {
-        name: cells(cell[name].values.reshape(1))[0]
-        for name in table.data_vars
-        if name not in ("status", "run_id")
-    }
+    expected = {name: cells(cell[name].values.reshape(1))[0] for name in columns_of(table)}
     assert {name: value for name, value, _ in rows} == expected
     hover = page.ask("document.getElementById('run-profile').data[2].text[3]")
     profile = made[0][2].sel(stress=0.2, roughness=0.59, seed=2).isel(normalised_position=3)
