@@ -28,6 +28,10 @@ CLEAR = 2.0
 QUADRATIC = 2.0
 """Exponent that p = 1 is compared with (Refs. 21, 22 of the paper)."""
 
+CONCLUSIVE = 3.0
+"""Size of the evidence, a logarithm of a ratio of likelihoods, from which it favours an exponent:
+one is then twenty times as likely as the other."""
+
 COEFFICIENT, NEWTONIAN = "slip_coefficient", "newtonian_slip_coefficient"
 EXPONENT, INTERCEPT = "slip_exponent", "slip_yield_stress"
 EVIDENCE = "slip_linear_evidence"
@@ -160,7 +164,8 @@ def slip_law(
         ``slip_exponent`` (p, free) and ``slip_yield_stress`` (σ_y free, p = 1), each with
         ``_error``, ``_interval``, ``_reduced_chi_square``, ``_points`` and ``_message``; and
         ``slip_linear_evidence``, the natural logarithm of the likelihood of p = 1 over that of
-        p = 2, which have as many parameters: above 3 for p = 1, below −3 for p = 2, else neither.
+        p = 2, which have as many parameters: above 3 for p = 1, below −3 for p = 2, else neither
+        (`CONCLUSIVE`).
     """
     averaged = with_stress(mean_over_seeds(flow_curve))
     offsets = xr.Dataset(

@@ -12,9 +12,6 @@ from softslip.errors import ConfigError, DatasetError
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
-SMOOTHING_WIDTH = 0.1
-"""Standard deviation of the Gaussian smoothing window in log10 of time [decades]."""
-
 BULK_SERIES = ("shear_rate_bulk", "slip_velocity")
 """Series that a run lacks when ``recording.bulk_margin`` is null."""
 
@@ -104,46 +101,3 @@ def interval_means(run: xr.Dataset, name: str, edges: FloatArray) -> FloatArray:
     at_edges[outside] = np.nan
     means = np.diff(at_edges, axis=0) / np.diff(edges)[:, None]
     return np.asarray(means.reshape((len(edges) - 1, *values.shape[1:])))
-
-
-def smooth_in_log_time(
-    run: xr.Dataset, name: str, width: float = SMOOTHING_WIDTH
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Smooth a series with a Gaussian window in the logarithm of time.
-
-    Each record weighs as much as its share of the logarithmic time axis. The standard error of
-    the smoothed value comes from the scatter of the records about it within the window, enlarged
-    for the correlation between neighbouring records (at lag one) and for the one degree of freedom
-    that the smoothed value itself takes up.
-
-    Parameters
-    ----------
-    run, name
-        Whose series.
-    width
-        Standard deviation of the window [decades].
-
-    Returns
-    -------
-    time
-        Middle of each record [time unit], shape (time,).
-    smooth
-        Smoothed series, shape (time,).
-    error
-        Its standard error, shape (time,).
-    """
-    edges = record_edges(run)
-    time = 0.5 * (edges[1:] + edges[:-1])
-    values = np.asarray(run[name].values, dtype=np.float64)
-    distance = np.log10(time)[:, None] - np.log10(time)[None, :]
-    weight = np.exp(-0.5 * (distance / width) ** 2) * (np.diff(edges) / time)[None, :]
-    weight /= weight.sum(axis=1, keepdims=True)
-    smooth = weight @ values
-    residual = values - smooth
-    power = float(np.mean(residual**2))
-    lag_one = float(np.mean(residual[1:] * residual[:-1])) / power if power > 0 else 0.0
-    memory = min(max(lag_one, 0.0), 0.95)
-    independent = 1.0 / ((weight**2).sum(axis=1) * (1 + memory) / (1 - memory))
-    variance = weight @ residual**2
-    error = np.sqrt(variance / np.maximum(independent - 1.0, 0.5))
-    return time, smooth, error

@@ -3,7 +3,9 @@
 import numpy as np
 import xarray as xr
 
+from softslip.analysis.fits.slip import CONCLUSIVE
 from softslip.studies.coverage.made_up_curves import CURVES
+from softslip.studies.coverage.made_up_runs import DURATION, RUNS, TYPICAL_RATE, TYPICAL_SLIP
 from softslip.studies.coverage.made_up_series import KINDS
 from softslip.studies.markdown import LEFT, RIGHT, markdown_table
 
@@ -12,14 +14,20 @@ FEWEST_INTERVALS = 30
 
 
 def coverage_tables(coverage: xr.Dataset) -> str:
-    """Return how often verdicts err, and how often intervals hold the truth.
+    """Return how often verdicts err, and how often intervals hold the truth: a table a part.
 
     Parameters
     ----------
     coverage
         From `studies.coverage.measure_coverage`.
     """
-    return f"{_series(coverage)}\n\n{_estimates(coverage)}"
+    parts = {
+        "series": _series,
+        "measurement": _measurements,
+        "estimate": _estimates,
+        "slip_kind": _evidence,
+    }
+    return "\n\n".join(table(coverage) for dim, table in parts.items() if dim in coverage.sizes)
 
 
 def _percent(share: float, count: float = np.inf) -> str:
@@ -36,11 +44,9 @@ def _series(coverage: xr.Dataset) -> str:
     for number in range(coverage.sizes["series"]):
         row = coverage.isel(series=number)
         shares = [_percent(float(share)) for share in row["verdict_share"].values[:3]]
-        count = int(row["series_intervals"])
-        held = [_percent(float(each), count) for each in row["series_coverage"].values]
         words = KINDS[str(row["kind"].item())].words
         noise, memory = f"{100 * float(row['noise']):.0f} %", f"{float(row['memory']):g}"
-        rows.append([words, noise, memory, *shares, *held])
+        rows.append([words, noise, memory, *shares, *_held(row, "series")])
     header = ["Series", "Noise", "Memory", "Steady", "Within its error", "Drifting"]
     alignment = [LEFT] + [RIGHT] * 7
     return (
@@ -50,21 +56,63 @@ def _series(coverage: xr.Dataset) -> str:
     )
 
 
+def _known(truth: float) -> str:
+    return f"{truth:.3g}" if np.isfinite(truth) else "none"
+
+
+def _held(row: xr.Dataset, name: str) -> list[str]:
+    count = int(row[f"{name}_intervals"])
+    return [_percent(float(each), count) for each in row[f"{name}_coverage"].values]
+
+
+def _measurements(coverage: xr.Dataset) -> str:
+    """Return a table with a row for each kind of run and observable."""
+    rows = []
+    for number in range(coverage.sizes["measurement"]):
+        row = coverage.isel(measurement=number)
+        words, name = RUNS[str(row["run_kind"].item())].words, str(row["observable"].item())
+        truth, known = float(row["observable_truth"]), _percent(float(row["known_share"]))
+        rows.append([words, f"`{name}`", _known(truth), known, *_held(row, "measurement")])
+    header = ["Run", "Observable", "Truth", "Known"]
+    return (
+        f"{coverage.attrs['runs']} runs of each kind, of {DURATION:g} time units. Where nothing "
+        f"else is said, the bulk creeps until it flows at {TYPICAL_RATE:g}, slip is "
+        f"{TYPICAL_SLIP:g}, and noise 10 % with a memory of 5. Noise is relative, and its "
+        "correlation decays by e within its memory [time units]. "
+        "*Known*: how often the observable had a value with an error and, of averages, a steady "
+        "verdict. Intervals are value ± t error with Student's quantile, and the normal one for "
+        "times.\n\n"
+        + markdown_table([*header, *_heads(coverage)], rows, [LEFT, LEFT] + [RIGHT] * 4)
+    )
+
+
 def _estimates(coverage: xr.Dataset) -> str:
     """Return a table with a row for each kind of flow curve and parameter."""
     rows = []
     for number in range(coverage.sizes["estimate"]):
         row = coverage.isel(estimate=number)
-        count = int(row["estimate_intervals"])
-        held = [_percent(float(each), count) for each in row["estimate_coverage"].values]
-        fitted = _percent(float(row["fitted_share"]))
-        curve, truth = CURVES[str(row["curve"].item())].words, float(row["truth"])
-        name = str(row["parameter"].item())
-        known = f"{truth:.3g}" if np.isfinite(truth) else "none"
-        rows.append([curve, f"`{name}`", known, fitted, *held])
+        words, name = CURVES[str(row["curve"].item())].words, str(row["parameter"].item())
+        truth, fitted = float(row["truth"]), _percent(float(row["fitted_share"]))
+        rows.append([words, f"`{name}`", _known(truth), fitted, *_held(row, "estimate")])
     header = ["Flow curve", "Estimate", "Truth", "Fitted"]
     return (
         f"{coverage.attrs['draws']} flow curves of each kind. *Fitted*: how often the estimate was "
-        "said to be determined; where intervals are few, no share of them is told.\n\n"
+        "said to be determined; where intervals are few, no share of them is told. Estimates that "
+        "are not `pooled_` over roughness are those of the smoothest wall by itself.\n\n"
         + markdown_table([*header, *_heads(coverage)], rows, [LEFT, LEFT] + [RIGHT] * 4)
+    )
+
+
+def _evidence(coverage: xr.Dataset) -> str:
+    """Return a table of what the evidence for the law of slip favours, a row for each kind."""
+    rows = []
+    for number in range(coverage.sizes["slip_kind"]):
+        row = coverage.isel(slip_kind=number)
+        words, truth = CURVES[str(row["slip_curve"].item())].words, float(row["slip_truth"])
+        shares = [_percent(float(each)) for each in row["favoured_share"].values]
+        rows.append([words, _known(truth), *shares])
+    header = ["Flow curve", "True p", "p = 1 favoured", "p = 2 favoured", "Neither"]
+    return (
+        f"What `slip_linear_evidence` favours at the smoothest wall: p = 1 above {CONCLUSIVE:g}, "
+        f"p = 2 below −{CONCLUSIVE:g}.\n\n" + markdown_table(header, rows, [LEFT] + [RIGHT] * 4)
     )

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import xarray as xr
@@ -17,6 +18,9 @@ FloatArray = NDArray[np.float64]
 
 STRESSES = (0.01, 0.02, 0.03, 0.04, 0.08, 0.1, 0.15, 0.2, 0.3, 0.5)
 """Imposed stresses [stress unit], on both sides of the paper's yield stress."""
+
+BELOW_YIELD = (0.005, 0.01, 0.015, 0.02, 0.03, 0.04)
+"""Imposed stresses [stress unit] below the paper's yield stress."""
 
 ROUGHNESSES = (0.0, 0.2, 0.4, 0.6)
 """Wall roughnesses; slip is halved between the second and the third."""
@@ -43,12 +47,17 @@ class CurveKind:
     seeds
         Number of samples; with one, its error is known.
     shape
-        ``law``, or rates that no law describes: ``plateau`` (one rate at all stresses) and
-        ``falling``.
+        ``law``, or rates that no law describes: ``plateau`` (one rate at all stresses),
+        ``falling``, and ``rest`` (none, and none is said to creep).
     imposed_rate
         Whether rates are imposed and stresses measured.
     roughnesses
         Of the walls.
+    stresses
+        Imposed [stress unit].
+    heterogeneity_exponent, time_exponent
+        Exponents of the heterogeneity in the stress, and of the times of yielding and of slip in
+        the stress above yield.
     """
 
     words: str
@@ -63,36 +72,55 @@ class CurveKind:
     shape: str = "law"
     imposed_rate: bool = False
     roughnesses: tuple[float, ...] = (0.0,)
+    stresses: tuple[float, ...] = STRESSES
+    heterogeneity_exponent: float = -0.8
+    time_exponent: float = -1.3
 
     @property
     def truths(self) -> dict[str, float]:
-        """The true values of what is fitted; those that depend on roughness at the smoothest."""
-        known = {
-            "pooled_yield_stress": self.yield_stress,
-            "pooled_consistency": self.consistency,
-            "pooled_flow_index": self.flow_index,
-            "pooled_heterogeneity_exponent": -0.8,
-            "pooled_yielding_exponent": -1.3,
-            "slip_time_exponent": -1.3,
+        """The true values of what is fitted, NaN where there is none.
+
+        Those that depend on roughness are of the smoothest wall. With one roughness, fits that
+        pool over it are the same as those of each.
+        """
+        nothing, lawful = float("nan"), self.shape == "law"
+        own = {
+            "yield_stress": self.yield_stress if lawful else nothing,
+            "consistency": self.consistency if lawful else nothing,
+            "flow_index": self.flow_index if lawful else nothing,
         }
         if self.imposed_rate:
-            known = {name: known[name] for name in list(known)[:3]}
-        elif self.exponent == 1:
-            fall = (self.slip[1] - 0.5 * self.slip[0]) / max(self.slip[1] - self.slip[2], 1e-9)
-            critical = self.roughnesses[-1] / 3 * (1 + fall)
-            known |= {
-                "slip_coefficient": self.slip[0],
-                "slip_exponent": 1.0,
-                "slip_yield_stress": self.yield_stress,
-                "newtonian_slip_coefficient": self.newtonian,
-            }
-            if len(self.roughnesses) > 1:
-                known["critical_roughness"] = critical
-        return known
+            return own
+        own |= {
+            "heterogeneity_exponent": self.heterogeneity_exponent,
+            "yielding_exponent": self.time_exponent,
+        }
+        several = len(self.roughnesses) > 1
+        pooled = {f"pooled_{name}": value for name, value in own.items()} if several else {}
+        straight, slips = self.exponent == 1, self.slip[0] != 0
+        return {
+            **own,
+            **pooled,
+            "slip_time_exponent": self.time_exponent,
+            "slip_coefficient": self.slip[0] if straight else nothing,
+            "slip_exponent": self.exponent if slips else nothing,
+            "slip_yield_stress": self.yield_stress if straight and slips else nothing,
+            "newtonian_slip_coefficient": self.newtonian,
+            "critical_roughness": self._critical_roughness() if straight else nothing,
+        }
+
+    def _critical_roughness(self) -> float:
+        """Return where slip falls to half that of the smoothest wall; NaN if nowhere."""
+        half = 0.5 * self.slip[0]
+        pairs = list(zip(self.roughnesses, self.slip, strict=False))
+        for (last, more), (roughness, less) in pairwise(pairs):
+            if more > half >= less:
+                return last + (roughness - last) * (more - half) / (more - less)
+        return float("nan")
 
     def drawn(self, random: Generator) -> xr.Dataset:
         """Return one such flow curve, as `analysis.observables.flow_curve` would."""
-        stress = np.array(STRESSES)
+        stress = np.array(self.stresses)
         if self.imposed_rate:
             above = stress[stress > self.yield_stress]
             return self._at_imposed_rates(above, random)
@@ -103,19 +131,22 @@ class CurveKind:
             rate = np.full_like(stress, 0.01)
         if self.shape == "falling":
             rate = 0.01 * (stress[0] / stress) ** 2
+        if self.shape == "rest":
+            flows, rate = np.zeros_like(flows), np.zeros_like(rate)
         excess = np.maximum(stress - self.yield_stress, 0.0)
         slip = np.where(
             flows[:, None],
             excess[:, None] ** self.exponent * np.array(self.slip[: len(roughness)]),
             (stress * self.newtonian)[:, None] * (roughness == 0),
         )
-        late = np.where(flows, np.where(flows, excess, 1.0) ** -1.3, np.nan)
+        late = np.where(flows, np.where(flows, excess, 1.0) ** self.time_exponent, np.nan)
+        uneven = 0.02 * stress**self.heterogeneity_exponent
         shape = (len(stress), len(roughness))
         true = {
             "shear_rate_wall": np.broadcast_to((rate + 1e-4)[:, None], shape),
             "shear_rate_bulk": np.broadcast_to(rate[:, None], shape),
             "slip_velocity": slip,
-            "heterogeneity": np.broadcast_to((0.02 * stress**-0.8)[:, None], shape),
+            "heterogeneity": np.broadcast_to(uneven[:, None], shape),
             "yielding_time": np.broadcast_to(late[:, None], shape),
             "slip_time": np.broadcast_to(late[:, None], shape),
         }
@@ -179,12 +210,36 @@ CURVES: Mapping[str, CurveKind] = {
     "five seeds": CurveKind("the same, five seeds that scatter by 20 %", seeds=5, scatter=0.2),
     "imposed rate": CurveKind("the same at imposed rate", imposed_rate=True, scatter=0.03),
     "no yield stress": CurveKind("power-law fluid, σ_y = 0", yield_stress=0.0),
-    "no slip": CurveKind("Herschel–Bulkley without slip", slip=(0.0,) * 4, newtonian=0.0),
+    "no slip": CurveKind(
+        "Herschel–Bulkley without slip",
+        slip=(0.0,) * 4,
+        newtonian=0.0,
+        roughnesses=ROUGHNESSES,
+    ),
     "negative slip": CurveKind(
         "Herschel–Bulkley with negative slip", slip=(-0.002, -0.0016, -0.0004, 0.0)
     ),
     "quadratic slip": CurveKind("slip as (σ − σ_y)²", exponent=2.0),
+    "same slip": CurveKind(
+        "slip that roughness does not suppress", slip=(0.002,) * 2, roughnesses=(0.0, 0.6)
+    ),
+    "constant": CurveKind(
+        "heterogeneity and times that do not depend on stress",
+        heterogeneity_exponent=0.0,
+        time_exponent=0.0,
+    ),
     "plateau": CurveKind("one rate at all stresses", shape="plateau", yield_stress=0.0),
     "falling": CurveKind("rates that fall with stress", shape="falling", yield_stress=0.0),
+    "rest": CurveKind(
+        "no rate at any stress, slip as σ",
+        shape="rest",
+        yield_stress=0.0,
+        slip=(0.0012,) * 4,
+        stresses=BELOW_YIELD,
+    ),
+    "below yield": CurveKind("creep at all stresses, below yield", stresses=BELOW_YIELD),
+    "one stress": CurveKind(
+        "all at one stress, four roughnesses", roughnesses=ROUGHNESSES, stresses=(0.3,)
+    ),
 }
 """Kinds of flow curves by name."""

@@ -1,106 +1,27 @@
 """Coverage of every estimator, measured on data made up from known truths."""
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
 
-import numpy as np
 import xarray as xr
-from numpy.random import Generator, SeedSequence
-from scipy import stats
 
-from softslip.analysis.fits import FITTED, fit_laws, herschel_bulkley
+from softslip.analysis.fits import FITTED
 from softslip.analysis.fits.likelihood import CONFIDENCE
-from softslip.analysis.observables.correlation import MeanEstimate, mean_of
-from softslip.analysis.observables.verdicts import STEADY, VERDICTS, WITHIN_ERROR, judged
-from softslip.studies.coverage.made_up_curves import CURVES, CurveKind
-from softslip.studies.coverage.made_up_series import KINDS, RECORDS, conditions
+from softslip.analysis.observables.verdicts import VERDICTS
+from softslip.studies.coverage.made_up_curves import CURVES
+from softslip.studies.coverage.made_up_runs import RUNS
+from softslip.studies.coverage.made_up_series import RECORDS, conditions
+from softslip.studies.coverage.measured_curves import EVIDENCE, FAVOURED, curve_tallies
+from softslip.studies.coverage.measured_runs import KNOWN, run_tallies
+from softslip.studies.coverage.measured_series import series_tally
+from softslip.studies.coverage.tallies import Tally
 
 Tell = Callable[[str], None]
 
-MESSAGES = {
-    "pooled_yield_stress": "pooled_fit_message",
-    "pooled_consistency": "pooled_fit_message",
-    "pooled_flow_index": "pooled_fit_message",
-}
-"""Messages of parameters that are fitted together; others have one of their own."""
+PURE = {"units": "1"}
 
-
-@dataclass
-class Tally:
-    """What came of many draws.
-
-    Attributes
-    ----------
-    covered
-        For each confidence, whether the interval of each draw held the truth.
-    said
-        What was said of each draw: a verdict, or the message of a fit.
-    """
-
-    covered: tuple[list[bool], ...] = field(default_factory=lambda: ([], []))
-    said: list[str] = field(default_factory=list)
-
-    def add(self, said: str, ends: np.ndarray | None, truth: float) -> None:
-        """Count one draw, with the ends of its intervals where it has any."""
-        self.said.append(said)
-        if ends is None or not np.isfinite(truth) or np.isnan(ends).any():
-            return
-        for covered, (low, high) in zip(self.covered, ends, strict=True):
-            covered.append(bool(low <= truth <= high))
-
-    def share(self, *words: str) -> float:
-        """Return the share of draws of which one of these was said."""
-        return float(np.mean([each in words for each in self.said]))
-
-    @property
-    def intervals(self) -> int:
-        """Number of draws with intervals and a truth."""
-        return len(self.covered[0])
-
-    def coverage(self) -> list[float]:
-        """Return the share of intervals that held the truth, by confidence."""
-        return [float(np.mean(each)) if each else float("nan") for each in self.covered]
-
-
-def ends_of(estimate: MeanEstimate) -> np.ndarray:
-    """Return the ends of the intervals of an estimate, by confidence."""
-    quantiles = stats.t.ppf([0.5 * (1 + c) for c in CONFIDENCE], max(estimate.freedom, 1e-9))
-    reach = quantiles * estimate.error
-    return np.stack((estimate.value - reach, estimate.value + reach), axis=1)
-
-
-def series_tally(kind: str, noise: float, memory: float, draws: int, key: int) -> Tally:
-    """Judge many series of one kind, and average those that are steady."""
-    tally, made = Tally(), KINDS[kind]
-    for number in range(draws):
-        random = np.random.default_rng(SeedSequence((1, key, number)))
-        values = made.drawn(noise, memory, random)
-        scale = values if made.truth != 0 else np.ones_like(values)
-        start, verdict = judged(values, scale, falls=made.truth > 0 or np.isnan(made.truth))
-        steady = verdict in (STEADY, WITHIN_ERROR)
-        tally.add(verdict, ends_of(mean_of(values[start:])) if steady else None, made.truth)
-    return tally
-
-
-def curve_tallies(kind: CurveKind, draws: int, key: int) -> dict[str, Tally]:
-    """Fit many flow curves of one kind; by the name of the parameter."""
-    tallies = {name: Tally() for name in kind.truths}
-    for number in range(draws):
-        random = np.random.default_rng(SeedSequence((2, key, number)))
-        _count(kind, random, tallies)
-    return tallies
-
-
-def _count(kind: CurveKind, random: Generator, tallies: dict[str, Tally]) -> None:
-    curve = kind.drawn(random)
-    fits = herschel_bulkley(curve) if kind.imposed_rate else fit_laws(curve)
-    for name, tally in tallies.items():
-        message = fits[MESSAGES.get(name, f"{name}_message")]
-        ends = fits[f"{name}_interval"]
-        if "roughness" in message.dims:
-            message, ends = message.isel(roughness=0), ends.isel(roughness=0)
-        said = str(message.item())
-        tally.add(said if said == FITTED else "not fitted", ends.values, kind.truths[name])
+RUNS_PER_DRAW = 0.4
+"""Runs of each kind for each series or flow curve: a run takes longest."""
 
 
 def measure_coverage(draws: int, tell: Tell = lambda line: None) -> xr.Dataset:
@@ -109,7 +30,7 @@ def measure_coverage(draws: int, tell: Tell = lambda line: None) -> xr.Dataset:
     Parameters
     ----------
     draws
-        Of each kind of series, and of flow curve.
+        Of each kind of series and flow curve; of each kind of run there are four for ten of these.
     tell
         Is told of each kind before it begins.
 
@@ -120,67 +41,115 @@ def measure_coverage(draws: int, tell: Tell = lambda line: None) -> xr.Dataset:
         ``verdict``, ``series_coverage`` along ``confidence``, and ``series_intervals``, the number
         of intervals. Along ``estimate``: ``curve``, ``parameter``, ``truth`` (of the smoothest wall
         where it depends on roughness), ``fitted_share``, ``estimate_coverage`` and
-        ``estimate_intervals``.
+        ``estimate_intervals``. Along ``slip_kind``: ``slip_curve``, ``slip_truth``, the true
+        exponent of slip, and the shares ``favoured_share`` along ``favoured``. Along
+        ``measurement``: ``run_kind``, ``observable``, ``observable_truth``, ``known_share``,
+        ``measurement_coverage`` and ``measurement_intervals``.
     """
+    runs = max(round(RUNS_PER_DRAW * draws), 1)
+    parts = (_series(draws, tell), *_curves(draws, tell), _runs(runs, tell))
+    coords = {
+        "confidence": ("confidence", list(CONFIDENCE), PURE | {"long_name": "confidence"}),
+    }
+    together = xr.merge(parts, join="exact", compat="no_conflicts")
+    return together.assign_coords(coords).assign_attrs(draws=draws, runs=runs, records=RECORDS)
+
+
+Column = tuple[Any, Sequence[Any], dict[str, str]]
+
+
+def _shares(dim: str, name: str, tallies: Iterable[Tally], words: str) -> dict[str, Column]:
+    """Return the columns with the coverage of tallies, and the number of their intervals."""
+    counted = list(tallies)
+    coverage, intervals = [each.coverage() for each in counted], [e.intervals for e in counted]
+    share = PURE | {"long_name": f"share of intervals of {words} that hold the truth"}
+    return {
+        f"{name}_coverage": ((dim, "confidence"), coverage, share),
+        f"{name}_intervals": (
+            dim,
+            intervals,
+            PURE | {"long_name": f"number of intervals of {words}"},
+        ),
+    }
+
+
+def _series(draws: int, tell: Tell) -> xr.Dataset:
     rows = []
     for number, (kind, noise, memory) in enumerate(conditions()):
         tell(f"{kind}, noise {noise:g}, memory {memory:g}")
-        tally = series_tally(kind, noise, memory, draws, number)
-        shares = [tally.share(verdict) for verdict in VERDICTS]
-        rows.append((kind, noise, memory, shares, tally.coverage(), tally.intervals))
-    found = list(_fitted(draws, tell))
-    pure = {"units": "1"}
+        rows.append((kind, noise, memory, series_tally(kind, noise, memory, draws, number)))
+    kinds, noises, memories, tallies = (list(column) for column in zip(*rows, strict=True))
+    share = PURE | {"long_name": "share of series with a verdict"}
     return xr.Dataset(
         {
-            "kind": ("series", [row[0] for row in rows], {"long_name": "kind of series"}),
-            "noise": ("series", [row[1] for row in rows], pure | {"long_name": "relative noise"}),
-            "memory": ("series", [row[2] for row in rows], pure | {"long_name": "its memory"}),
+            "kind": ("series", kinds, {"long_name": "kind of series"}),
+            "noise": ("series", noises, PURE | {"long_name": "relative noise"}),
+            "memory": ("series", memories, PURE | {"long_name": "its memory"}),
             "verdict_share": (
                 ("series", "verdict"),
-                [row[3] for row in rows],
-                pure | {"long_name": "share of series with a verdict"},
+                [[tally.share(verdict) for verdict in VERDICTS] for tally in tallies],
+                share,
             ),
-            "series_coverage": (
-                ("series", "confidence"),
-                [row[4] for row in rows],
-                pure | {"long_name": "share of intervals of steady means that hold the truth"},
-            ),
-            "series_intervals": (
-                "series",
-                [row[5] for row in rows],
-                pure | {"long_name": "number of intervals of steady means"},
-            ),
-            "curve": ("estimate", [row[0] for row in found], {"long_name": "kind of flow curve"}),
-            "parameter": ("estimate", [row[1] for row in found], {"long_name": "what is fitted"}),
-            "truth": ("estimate", [row[2] for row in found], pure | {"long_name": "its value"}),
-            "fitted_share": (
-                "estimate",
-                [row[3] for row in found],
-                pure | {"long_name": "share of draws of which it is said to be fitted"},
-            ),
-            "estimate_coverage": (
-                ("estimate", "confidence"),
-                [row[4] for row in found],
-                pure | {"long_name": "share of intervals that hold the truth"},
-            ),
-            "estimate_intervals": (
-                "estimate",
-                [row[5] for row in found],
-                pure | {"long_name": "number of intervals"},
-            ),
+            **_shares("series", "series", tallies, "steady means"),
         },
-        coords={
-            "verdict": ("verdict", list(VERDICTS), {"long_name": "verdict on a series"}),
-            "confidence": ("confidence", list(CONFIDENCE), pure | {"long_name": "confidence"}),
-        },
-        attrs={"draws": draws, "records": RECORDS},
+        coords={"verdict": ("verdict", list(VERDICTS), {"long_name": "verdict on a series"})},
     )
 
 
-def _fitted(draws: int, tell: Tell) -> Iterator[tuple[str, str, float, float, list[float], int]]:
+def _curves(draws: int, tell: Tell) -> tuple[xr.Dataset, xr.Dataset]:
+    """Return the coverage of what is fitted, and what the evidence for linear slip favours."""
+    rows, evidence = [], []
     for number, (name, kind) in enumerate(CURVES.items()):
         tell(kind.words)
         for parameter, tally in curve_tallies(kind, draws, number).items():
-            truth = kind.truths[parameter]
-            said = tally.share(FITTED)
-            yield name, parameter, truth, said, tally.coverage(), tally.intervals
+            if parameter == EVIDENCE:
+                evidence.append((name, kind.truths["slip_exponent"], tally))
+            else:
+                rows.append((name, parameter, kind.truths[parameter], tally))
+    curves, parameters, truths, tallies = (list(column) for column in zip(*rows, strict=True))
+    slip_curves, exponents, said = (list(column) for column in zip(*evidence, strict=True))
+    fitted = PURE | {"long_name": "share of draws of which it is said to be fitted"}
+    favoured = PURE | {"long_name": "share of draws in which the evidence favours it"}
+    return xr.Dataset(
+        {
+            "curve": ("estimate", curves, {"long_name": "kind of flow curve"}),
+            "parameter": ("estimate", parameters, {"long_name": "what is fitted"}),
+            "truth": ("estimate", truths, PURE | {"long_name": "its value"}),
+            "fitted_share": ("estimate", [tally.share(FITTED) for tally in tallies], fitted),
+            **_shares("estimate", "estimate", tallies, "what is fitted"),
+        }
+    ), xr.Dataset(
+        {
+            "slip_curve": ("slip_kind", slip_curves, {"long_name": "kind of flow curve"}),
+            "slip_truth": (
+                "slip_kind",
+                exponents,
+                PURE | {"long_name": "true exponent of the slip velocity above yield"},
+            ),
+            "favoured_share": (
+                ("slip_kind", "favoured"),
+                [[tally.share(each) for each in FAVOURED] for tally in said],
+                favoured,
+            ),
+        },
+        coords={"favoured": ("favoured", list(FAVOURED), {"long_name": "law of slip"})},
+    )
+
+
+def _runs(draws: int, tell: Tell) -> xr.Dataset:
+    rows = []
+    for number, (name, kind) in enumerate(RUNS.items()):
+        tell(kind.words)
+        for observable, tally in run_tallies(kind, draws, number).items():
+            rows.append((name, observable, kind.truths[observable], tally))
+    runs, observables, truths, tallies = (list(column) for column in zip(*rows, strict=True))
+    known = PURE | {"long_name": "share of runs of which it is said to be known"}
+    return xr.Dataset(
+        {
+            "run_kind": ("measurement", runs, {"long_name": "kind of run"}),
+            "observable": ("measurement", observables, {"long_name": "what is measured"}),
+            "observable_truth": ("measurement", truths, PURE | {"long_name": "its value"}),
+            "known_share": ("measurement", [tally.share(KNOWN) for tally in tallies], known),
+            **_shares("measurement", "measurement", tallies, "what is measured"),
+        }
+    )
