@@ -143,8 +143,10 @@ def _concluded(problem: Problem, found: Optimum, count: int, stress: float, rate
         ]
     )
     ends[0] *= stress
-    ends[1] = np.exp(ends[1] - float(turned @ found.values) + level)
-    ends[2] = np.exp(ends[2])
+    with np.errstate(over="ignore"):
+        # An end beyond the largest number is as good as none.
+        ends[1] = np.exp(ends[1] - float(turned @ found.values) + level)
+        ends[2] = np.exp(ends[2])
     if not np.isfinite(ends[2]).all() or ends[2].min() == 0:
         return nothing(3, count, "the points do not determine the flow index")
     values = np.array([found.values[0] * stress, np.exp(level), index])

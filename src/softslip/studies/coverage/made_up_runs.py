@@ -23,14 +23,25 @@ DURATION = 1000.0
 STEP = 0.05
 """Shortest record [time unit]."""
 
+STRESS = 0.5
+"""Imposed stress, or its mean [stress unit]."""
+
 GIVEN = Parameters.from_mapping(
     {
         "channel": {"length": 0.0625, "height": 0.125, "outer_gap": 0.03125},
-        "rheometer": {"stress": 0.5},
+        "wall": {"roughness": 0.0},
+        "suspension": {"mean_radius": 0.0085},
+        "solvent": {"viscosity": 1.0},
+        "rheometer": {"stress": STRESS},
         "time_stepping": {"shear_time": DURATION},
+        "recording": {
+            "samples_per_decade": 30,
+            "longest_interval": 5.0,
+            "profile_interval": 15.0,
+        },
     }
 )
-"""Parameters of all of them: smooth walls at σ = 0.5."""
+"""Parameters of all of them: smooth walls at σ = 0.5. Nothing that is used is left to defaults."""
 
 ROWS = 129
 """Heights at which a profile is known."""
@@ -121,16 +132,16 @@ class RunKind:
 
     @property
     def truths(self) -> dict[str, float]:
-        """The true values of what is measured; NaN where there is none."""
+        """The true values of what is measured, not imposed; NaN where there is none."""
         nothing = float("nan")
-        stress = float(GIVEN.rheometer.stress or nothing)
+        stress = STRESS
         rate = self.rate if self.flows or self.rate == 0 else nothing
         film = stress / GIVEN.solvent.viscosity - (rate if np.isfinite(self.onset) else 0.0)
+        wall = rate + 2 * self.slip / GIVEN.channel.height
         return {
-            "shear_rate_wall": rate + 2 * self.slip / GIVEN.channel.height,
+            **({"shear_stress": stress} if self.imposed_rate else {"shear_rate_wall": wall}),
             "shear_rate_bulk": rate,
             "slip_velocity": self.slip,
-            "shear_stress": stress,
             "total_slip_length": self.slip / rate if rate else nothing,
             "newtonian_slip_length": self.slip / film,
             "yielding_time": self.yielding_time,
@@ -149,11 +160,11 @@ class RunKind:
         slip_size = slip if self.slip else TYPICAL_SLIP * self.risen(time)
         rate = rate + self.noise * size * recorded_noise(edges, self.memory, random)
         slip = slip + self.noise * slip_size * recorded_noise(edges, self.memory, random)
-        stress = np.full_like(time, self.truths["shear_stress"])
+        stress = np.full_like(time, STRESS)
         height = GIVEN.channel.height
         wall = rate + 2 * slip / height
         if self.imposed_rate:
-            wall = np.full_like(time, self.truths["shear_rate_wall"])
+            wall = np.full_like(time, self.rate + 2 * self.slip / height)
             rate = wall - 2 * slip / height
             stress = stress * (1 + self.noise * recorded_noise(edges, self.memory, random))
         half = 0.5 * height * wall
@@ -186,7 +197,7 @@ def _with_profiles(run: xr.Dataset, random: Generator) -> xr.Dataset:
     distance = np.linspace(0.0, height, ROWS)
     depth = np.minimum(distance, height - distance)
     film, bulk = stress / GIVEN.solvent.viscosity * depth, slip + rate * depth
-    gained = np.where((slip > 0) & (film < bulk), film, bulk)
+    gained = np.where((depth == 0) | ((slip > 0) & (film < bulk)), film, bulk)
     half = 0.5 * height * wall
     velocity = np.where(distance < 0.5 * height, gained - half, half - gained)
     knots = np.arange(0.0, height + diameter, diameter)

@@ -11,9 +11,6 @@ from softslip.analysis.observables.correlation import MeanEstimate
 
 FloatArray = NDArray[np.float64]
 
-ROUNDING = 1e-12
-"""By how much an interval may miss the truth, relative to it: what is imposed has no error."""
-
 
 @dataclass
 class Tally:
@@ -35,9 +32,8 @@ class Tally:
         self.said.append(said)
         if ends is None or not np.isfinite(truth) or np.isnan(ends).any():
             return
-        rounding = ROUNDING * abs(truth)
         for covered, (low, high) in zip(self.covered, ends, strict=True):
-            covered.append(bool(low - rounding <= truth <= high + rounding))
+            covered.append(bool(low <= truth <= high))
 
     def share(self, *words: str) -> float:
         """Return the share of draws of which one of these was said."""
