@@ -12,7 +12,6 @@ from scipy import optimize
 
 from softslip.analysis.observables.series import interval_means
 from softslip.config.parameters import Parameters
-from softslip.simulation.record import interval_edges
 from softslip.studies.coverage.made_up_series import red_noise
 
 FloatArray = NDArray[np.float64]
@@ -150,10 +149,7 @@ class RunKind:
 
     def drawn(self, random: Generator) -> xr.Dataset:
         """Return one such run, as the shear stage would write it."""
-        recording = GIVEN.recording
-        longest = round(recording.longest_interval / STEP)
-        steps = interval_edges(round(DURATION / STEP), recording.samples_per_decade, longest)
-        edges = np.asarray(steps * STEP, dtype=np.float64)
+        edges = _ends_of_records()
         time = np.asarray(0.5 * (edges[1:] + edges[:-1]))
         rate, slip = self.bulk(time), self.slip * self.risen(time)
         size = rate if self.rate else np.full_like(time, TYPICAL_RATE)
@@ -181,6 +177,16 @@ class RunKind:
             attrs={"run": "made up", "parameters": GIVEN.model_dump_json()},
         )
         return _with_profiles(run, random)
+
+
+def _ends_of_records() -> FloatArray:
+    """Return the ends of records that grow with time until they are as long as the longest."""
+    per_decade = GIVEN.recording.samples_per_decade
+    last, longest = round(DURATION / STEP), round(GIVEN.recording.longest_interval / STEP)
+    grown = np.unique(np.round(10 ** (np.arange(per_decade * np.log10(last)) / per_decade)))
+    grown = grown[:-1][np.diff(grown) < longest]
+    even = np.arange((grown[-1] // longest + 1) * longest, last + 1, longest)
+    return np.asarray(np.concatenate(([0.0], grown, even)) * STEP)
 
 
 def _with_profiles(run: xr.Dataset, random: Generator) -> xr.Dataset:
