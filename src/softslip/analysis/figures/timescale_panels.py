@@ -15,7 +15,7 @@ from softslip.analysis.figures.panels import Family, is_comparable, leave_empty
 from softslip.analysis.figures.published import WORDS, guide, keep
 from softslip.analysis.figures.shown import Quantity, place, quantity, show
 from softslip.analysis.fits import FITTED
-from softslip.analysis.observables.series import SMOOTHING_WIDTH
+from softslip.analysis.observables.smoothed_series import SMOOTHING_WIDTH
 
 SHOWN = {
     "yielding_time": (r"$\tau_y$ [time unit]", "yielding of the bulk"),
