@@ -29,7 +29,7 @@ MATERIAL = (
 )
 """What a particle is made of, whatever the numerics."""
 
-NAMED = ("demo", "ci", "paper", "literal")
+NAMED = ("demo", "ci", "paper", "literal", "yielding")
 
 TEXT = """\
 description: Two walls and two stresses.
