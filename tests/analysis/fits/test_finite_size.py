@@ -104,6 +104,18 @@ def test_slope_and_intercept_are_found_whatever_their_sign(slip, bulk):
     assert found[MOONEY_BULK].item() == pytest.approx(bulk, abs=1e-4 * largest)
 
 
+def test_what_is_exactly_zero_is_found_with_its_error():
+    curve = made_up(bulk=0.0, error=0.0)
+    found = finite_size(curve)
+    assert said(found, MOONEY_SLIP) == {FITTED}
+    assert abs(found[MOONEY_BULK].item()) < 1e-6
+    assert 0 < found[f"{MOONEY_BULK}_error"].item() < 0.01
+    name = trend_name("slip_velocity", SEPARATION)
+    assert said(found, name) == {FITTED}
+    assert abs(found[name].item()) < 1e-6
+    assert 0 < found[f"{name}_error"].item() < 0.02
+
+
 @pytest.mark.parametrize(("seeds", "key"), [(1, 1), (3, 2)])
 def test_intervals_of_slope_and_intercept_cover_as_often_as_they_claim(seeds, key):
     found = finite_size(made_up(draws=300, seeds=seeds, key=key))

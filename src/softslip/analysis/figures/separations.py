@@ -166,11 +166,11 @@ def _draw_theory(axes: Axes, cell: xr.Dataset, fits: xr.Dataset) -> None:
     height = np.geomspace(0.8 * np.nanmin(separation), 1.25 * np.nanmax(separation), 100)
     rate = 2 * slip / height + bulk
     if made:
-        whose = rf"fitted: $V_s$ = {measured(fits, MOONEY_SLIP)}"
+        label = rf"Eq. A1 fitted: $V_s$ = {measured(fits, MOONEY_SLIP)}"
         _draw_constants(axes, fits, height)
     else:
-        whose = rf"of $H$ = {float(source[SEPARATION]):.3g}"
-    label = rf"$2 V_s/H + \dot\gamma_\mathrm{{bulk}}$ {whose}"
+        at = f"{float(source[SEPARATION]):.3g}"
+        label = rf"$2 V_s/H + \dot\gamma_\mathrm{{bulk}}$ of $H$ = {at}"
     axes.plot(height, rate, color="0.3", linewidth=0.9, linestyle=(0, (4, 2)), label=label)
     points = {
         SEPARATION: Quantity(height, "length unit", "distance between the walls"),

@@ -80,6 +80,22 @@ def _scaled(points: Points) -> tuple[Points, float, float]:
     return points.over(size, value), size, value
 
 
+def _fitted_about_zero(law: LawToFit, count: int) -> Fit:
+    """Fit a law of which parameters may be 0, where steps relative to them would be lost.
+
+    Difference quotients take steps in proportion to a parameter, so that each is counted from −1.
+    """
+
+    def deviations(moved: FloatArray) -> FloatArray:
+        return law.problem.deviations(moved - 1)
+
+    problem = replace(law.problem, deviations=deviations)
+    fit = fitted(replace(law, problem=problem, starts=[start + 1 for start in law.starts]), count)
+    units = np.array(law.units)
+    ends = fit.intervals - units[:, None, None]
+    return replace(fit, values=fit.values - units, intervals=ends)
+
+
 def _fit_mooney(wall: Points, bulk: Points, slip: Points) -> Fit:
     """Fit V_s and γ̇_bulk of Eq. A1, and compare V_s with that of the profiles."""
     count = wall.count
@@ -98,7 +114,7 @@ def _fit_mooney(wall: Points, bulk: Points, slip: Points) -> Fit:
     law = LawToFit(
         Problem(deviations, scaled.freedom, scaled.common), [start], (rate * size, rate), names
     )
-    fit = fitted(law, count)
+    fit = _fitted_about_zero(law, count)
     mismatch = _mismatch(fit, moderated(wall), moderated(bulk), moderated(slip))
     return replace(fit, more={"mismatch": mismatch})
 
@@ -174,7 +190,7 @@ def _fit_trend(points: Points) -> Fit:
         (1.0,),
         ("the relative change",),
     )
-    return fitted(law, count)
+    return _fitted_about_zero(law, count)
 
 
 def finite_size(flow_curve: xr.Dataset) -> xr.Dataset:

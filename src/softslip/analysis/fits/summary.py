@@ -7,7 +7,6 @@ import numpy as np
 import xarray as xr
 
 from softslip.analysis.fits.finite_size import (
-    FLAGS_OF_TRENDS,
     MISMATCH,
     MOONEY_BULK,
     MOONEY_SLIP,
@@ -17,6 +16,8 @@ from softslip.analysis.fits.finite_size import (
 from softslip.analysis.observables.master_curves import LEAST_CURVES, NAMES
 
 _FLOW = ("yield_stress", "consistency", "flow_index")
+
+_WITH_TRENDS = {"shear_rate_bulk": "bulk shear rate", "slip_velocity": "slip velocity"}
 
 LAWS: dict[str, tuple[str, tuple[str, ...]]] = {
     "flow law, each roughness": ("fit_message", _FLOW),
@@ -43,9 +44,9 @@ LAWS: dict[str, tuple[str, tuple[str, ...]]] = {
         (MOONEY_SLIP, MOONEY_BULK, MISMATCH),
     ),
     **{
-        f"{name.replace('_', ' ')} over {words}": (f"{parameter}_message", (parameter,))
+        f"{quantity} over {words}": (f"{parameter}_message", (parameter,))
         for size, words in zip(SIZES, ("wall separations", "channel lengths"), strict=True)
-        for name in FLAGS_OF_TRENDS
+        for name, quantity in _WITH_TRENDS.items()
         for parameter in (trend_name(name, size),)
     },
 }
