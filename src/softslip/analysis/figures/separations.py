@@ -166,7 +166,7 @@ def _draw_theory(axes: Axes, cell: xr.Dataset, fits: xr.Dataset) -> None:
     height = np.geomspace(0.8 * np.nanmin(separation), 1.25 * np.nanmax(separation), 100)
     rate = 2 * slip / height + bulk
     if made:
-        label = rf"Eq. A1 fitted: $V_s$ = {measured(fits, MOONEY_SLIP)}"
+        label = rf"fitted: $V_s$ = {measured(fits, MOONEY_SLIP)}"
         _draw_constants(axes, fits, height)
     else:
         at = f"{float(source[SEPARATION]):.3g}"
