@@ -1,7 +1,8 @@
 """Structure beyond the paper's figures: shapes, films, fluidity and correlations of the flow.
 
-Each is a mean over the snapshots, or profiles, of the steady window, against the distance from the
-nearer wall: turning the channel by half a turn changes nothing.
+Each is a mean over the snapshots, by the time that each stands for, or over the profiles of the
+steady window, against the distance from the nearer wall: turning the channel by half a turn changes
+nothing.
 """
 
 import numpy as np
@@ -17,6 +18,7 @@ from softslip.analysis.observables.series import (
 )
 from softslip.analysis.observables.steady import steady_state
 from softslip.analysis.observables.tables import Runs, collect
+from softslip.analysis.observables.time_weights import snapshots_from, weighted
 from softslip.analysis.observables.velocity_fields import bulk_rows, non_affine_velocity
 from softslip.errors import DatasetError
 from softslip.files.quantities import described
@@ -75,13 +77,16 @@ def _half_height(run: xr.Dataset) -> float:
 def _structure_of(run: xr.Dataset, edges: FloatArray, wide: FloatArray) -> xr.Dataset:
     """Return all that `structure` says of one run, with bins for the flow and for particles."""
     given, start = parameters_of(run), float(steady_state(run)["steady_from"])
-    times = run["snapshot_time"].values if "snapshot_time" in run else np.empty(0)
-    chosen = [int(place) for place in np.flatnonzero(times >= start)]
-    stretch = _over([_stretch_profile(run, place, wide) for place in chosen], (len(wide) - 1, 2))
-    films = _over([_films(run, place) for place in chosen], (len(QUANTILES),))
+    numbers, weights = snapshots_from(run, start)
+    chosen = numbers.tolist()
+    stretch = _over(
+        [_stretch_profile(run, place, wide) for place in chosen], (len(wide) - 1, 2), weights
+    )
+    films = _over([_films(run, place) for place in chosen], (len(QUANTILES),), weights)
     bulk = chosen if given.recording.bulk_margin is not None else []
-    lengths = _over([np.array(_correlation_length(run, place)) for place in bulk], ())
-    fluidity = _over(_fluidity_profiles(run, edges, start), (len(edges) - 1,))
+    lengths = _over([np.array(_correlation_length(run, place)) for place in bulk], (), weights)
+    profiles = _fluidity_profiles(run, edges, start)
+    fluidity = _over(profiles, (len(edges) - 1,), np.ones(len(profiles)))
     middles, centroids = (0.5 * (ends[1:] + ends[:-1]) for ends in (edges, wide))
     cooperativity = cooperativity_length(middles, *fluidity)
     (mean, error), along = stretch, ("particle_distance",)
@@ -123,17 +128,14 @@ def _angle(stretch: FloatArray) -> FloatArray:
     return np.asarray(np.where(angle < -45, angle + 180, angle))
 
 
-def _over(values: list[FloatArray], shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
+def _over(
+    values: list[FloatArray], shape: tuple[int, ...], weights: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Return the mean over snapshots and its standard error; NaN counts as not there."""
     if not values:
         return np.full(shape, np.nan), np.full(shape, np.nan)
-    found = np.array(values)
-    count = np.isfinite(found).sum(axis=0)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        mean = np.nansum(found, axis=0) / np.where(count, count, np.nan)
-        square = np.nansum((found - mean) ** 2, axis=0)
-        error = np.sqrt(square / np.where(count > 1, count * (count - 1.0), np.nan))
-    return np.asarray(mean), np.asarray(error)
+    mean, error, _ = weighted(np.array(values), weights)
+    return mean, error
 
 
 def _bin_means(distance: FloatArray, values: FloatArray, edges: FloatArray) -> FloatArray:

@@ -10,6 +10,7 @@ from softslip.analysis.observables.series import (
     profiles_from,
 )
 from softslip.analysis.observables.steady import steady_state
+from softslip.analysis.observables.time_weights import snapshots_from, weighted
 from softslip.errors import DatasetError
 from softslip.files.quantities import described
 
@@ -144,10 +145,10 @@ def heterogeneity(run: xr.Dataset) -> xr.Dataset:
     """Average the heterogeneity δ_het of the bulk flow over snapshots (Eq. 30, Fig. 6d).
 
     Each snapshot's δ_het is that of its own field and shear rate. The mean is over the snapshots
-    within the window of `steady_state`; below yield it is stationary although the shear rate is
-    not. The fields are kept on coarse points, so that structure finer than
-    ``recording.field_spacing`` is sampled, not averaged: the mean is unbiased, but a single
-    snapshot of a small box scatters.
+    within the window of `steady_state`, by the time that each stands for; below yield it is
+    stationary although the shear rate is not. The fields are kept on coarse points, so that
+    structure finer than ``recording.field_spacing`` is sampled, not averaged: the mean is unbiased,
+    but a single snapshot of a small box scatters.
 
     Returns
     -------
@@ -156,21 +157,19 @@ def heterogeneity(run: xr.Dataset) -> xr.Dataset:
         NaN for a single one), ``heterogeneity_freedom`` and ``snapshots_used``. NaN where the run
         kept none in the window or has no bulk.
     """
-    values: list[float] = []
+    values, weights = np.empty(0), np.empty(0)
     if run.sizes.get("snapshot", 0) and parameters_of(run).recording.bulk_margin is not None:
-        first = float(steady_state(run)["steady_from"])
-        numbers = np.flatnonzero(run["snapshot_time"].values >= first)
-        values = [float(non_affine_velocity(run, int(i))["heterogeneity"]) for i in numbers]
-    count = len(values)
-    mean = float(np.mean(values)) if count else float("nan")
-    error = float(np.std(values, ddof=1) / np.sqrt(count)) if count > 1 else float("nan")
+        numbers, weights = snapshots_from(run, float(steady_state(run)["steady_from"]))
+        found = [float(non_affine_velocity(run, int(i))["heterogeneity"]) for i in numbers]
+        values = np.array(found)
+    mean, error, count = weighted(values, weights)
     return described(
         xr.Dataset(
             {
-                "heterogeneity": mean,
-                "heterogeneity_error": error,
+                "heterogeneity": float(mean),
+                "heterogeneity_error": float(error),
                 "heterogeneity_freedom": float(max(count - 1, 0)),
-                "snapshots_used": float(count),
+                "snapshots_used": float(len(values)),
             }
         )
     )
