@@ -39,9 +39,9 @@ def jobs(folder: Path, *words: str) -> dict[str, int]:
 def test_stresses_share_packing_expansion_and_ageing(copy: Path) -> None:
     found = jobs(copy)
     stages = {stage: found[stage] for stage in ("packing", "expansion", "ageing", "shear")}
-    assert stages == {"packing": 2, "expansion": 2, "ageing": 2, "shear": 20}
+    assert stages == {"packing": 4, "expansion": 4, "ageing": 4, "shear": 36}
     assert found["figure"] == 9
-    assert found["snapshot"] == 20
+    assert found["snapshot"] == 36
     assert found["explorer"] == 1
     assert found["movie"] == 1
 

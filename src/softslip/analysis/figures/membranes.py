@@ -43,7 +43,7 @@ KEY_HEIGHT = 0.1
 @styled
 def snapshot(
     run: xr.Dataset,
-    snapshot: int = 0,
+    snapshot: int | None = None,
     time: float | None = None,
     *,
     window: float | None = None,
@@ -60,7 +60,7 @@ def snapshot(
     run
         A shear run with snapshots.
     snapshot
-        Which of them.
+        Which of them; the last by default.
     time
         If given, the snapshot nearest to this time [time unit] is drawn instead.
     window
@@ -75,6 +75,8 @@ def snapshot(
         When the run has no such snapshot.
     """
     count = run.sizes.get("snapshot", 0)
+    if snapshot is None:
+        snapshot = max(count - 1, 0)
     if time is not None and count:
         snapshot = int(np.argmin(np.abs(run["snapshot_time"].values - time)))
     if not 0 <= snapshot < count:

@@ -168,7 +168,7 @@ def heterogeneity(run: xr.Dataset) -> xr.Dataset:
             {
                 "heterogeneity": float(mean),
                 "heterogeneity_error": float(error),
-                "heterogeneity_freedom": float(max(count - 1, 0)),
+                "heterogeneity_freedom": max(float(count) - 1.0, 0.0),
                 "snapshots_used": float(len(values)),
             }
         )
