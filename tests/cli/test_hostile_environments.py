@@ -52,6 +52,7 @@ WORDS: Mapping[str, str] = {
     "fit": "fit results/small/flow_curve.nc --output out/fits.nc",
     "compare": "compare results/small --output out/comparison.nc",
     "draw": "draw fig4 results/small/profiles.nc --output out/fig4.png",
+    "explorer": "explorer small --output out/explorer.html",
     "runs": "runs small",
     "schema": "schema",
     "status": "status small --json",
