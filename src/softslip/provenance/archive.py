@@ -60,6 +60,11 @@ class Whereabouts:
     problem: str = ""
 
 
+def _is_other_page(name: str) -> bool:
+    """Whether a file is a page that the workflow does not make, as Snakemake's report is."""
+    return name.endswith(PAGE) and name.removesuffix(PAGE) not in PAGES
+
+
 class Archive:
     """The results in a folder."""
 
@@ -83,7 +88,7 @@ class Archive:
             Path(folder, name)
             for folder, _, names in os.walk(self.folder, onerror=refused.append)
             for name in names
-            if name[0] != "." and name.endswith(suffixes)
+            if name[0] != "." and name.endswith(suffixes) and not _is_other_page(name)
         )
         files = tuple(sorted(path for path in every if _may_be_file(path)))
         closed = (error for error in refused if isinstance(error, PermissionError))
