@@ -76,7 +76,7 @@ TABLE = [
     ("gather draw", "analysis.observables.velocity_fields"),
     ("gather draw explorer", "analysis.observables.contours"),
     ("draw", "analysis.observables.non_affine_motion"),
-    ("gather", "analysis.observables.time_weights"),
+    ("gather draw", "analysis.observables.time_weights"),
     ("gather", "analysis.observables.structure"),
     ("gather fit compare draw coverage", "analysis.observables.seeds"),
     ("gather fit compare draw coverage explorer", "analysis.observables.tables"),
