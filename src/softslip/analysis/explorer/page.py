@@ -94,7 +94,7 @@ def save_page(
     path
         Final name.
     labels, provenance
-        See `analysis.figures.drawing.save_figure`.
+        See `analysis.figures.saving.save_figure`.
     """
     passing = {} if provenance is None else {"provenance": dict(provenance)}
     whole = {**labels, **passing, CONTENT_DIGEST: page_digest(page, labels)}
@@ -206,8 +206,9 @@ def _snapshots(runs: Iterable[xr.Dataset], room: int) -> dict[str, Any]:
     for run in runs:
         drawn = None if left_out else outlines(run)
         name = str(run.attrs["run"])
-        if drawn is not None and len(_json({name: drawn})) <= room:
-            room -= len(_json({name: drawn}))
+        size = len(_json({name: drawn}))
+        if drawn is not None and size <= room:
+            room -= size
             found[name] = drawn
         elif run.sizes.get("snapshot", 0):
             left_out.append(name)

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from softslip.analysis.fits.likelihood import Problem
-from softslip.analysis.fits.measured_points import FloatArray, Points, moderated
+from softslip.analysis.fits.measured_points import FloatArray, Points, dimensionless, moderated
 from softslip.analysis.fits.outcomes import LawToFit, fitted
 from softslip.analysis.fits.points import (
     FITTED,
@@ -72,14 +72,6 @@ def _refused(
     return dims, {place: outcome for place in np.ndindex(*(flow_curve.sizes[dim] for dim in dims))}
 
 
-def _scaled(points: Points) -> tuple[Points, float, float]:
-    """Return points over their least size and largest value, and these; errors are moderated."""
-    points = moderated(points)
-    size = float(points.abscissa.min())
-    value = max(float(np.abs(points.value).max()), float(points.error.max()))
-    return points.over(size, value), size, value
-
-
 def _fitted_about_zero(law: LawToFit, count: int) -> Fit:
     """Fit a law of which parameters may be 0, where steps relative to them would be lost.
 
@@ -102,7 +94,7 @@ def _fit_mooney(wall: Points, bulk: Points, slip: Points) -> Fit:
     if count < LEAST_SEPARATIONS:
         said = f"too few steady points: {count} of at least {LEAST_SEPARATIONS} wall separations"
         return nothing(2, count, said)
-    scaled, size, rate = _scaled(wall)
+    scaled, size, rate = dimensionless(wall, np.min)
     inverse = 2 / scaled.abscissa
 
     def deviations(parameters: FloatArray) -> FloatArray:
@@ -172,7 +164,7 @@ def _fit_trend(points: Points) -> Fit:
     count = points.count
     if count < LEAST_SIZES:
         return nothing(1, count, f"too few steady points: {count} of at least {LEAST_SIZES} sizes")
-    scaled, _, _ = _scaled(points)
+    scaled, _, _ = dimensionless(points, np.min)
     doublings = np.log2(scaled.abscissa)
     doublings -= doublings.mean()
 

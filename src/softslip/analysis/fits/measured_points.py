@@ -1,6 +1,8 @@
 """Measured points, whose errors are known from few samples each, and better from all together."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -117,3 +119,21 @@ def _freedom_of(excess: float) -> float:
             lambda each: float(special.polygamma(1, each / 2)) - excess, least, LARGEST_FREEDOM
         )
     )
+
+
+def dimensionless(
+    points: Points, unit: Callable[[FloatArray], np.floating[Any]] = np.max
+) -> tuple[Points, float, float]:
+    """Return points in units of a place and a value, and these units; errors are moderated.
+
+    Parameters
+    ----------
+    points
+        Measured.
+    unit
+        Of all places, that of the abscissa. Values are in units of the largest value or error.
+    """
+    points = moderated(points)
+    place = float(unit(points.abscissa))
+    value = max(float(np.abs(points.value).max()), float(points.error.max()))
+    return points.over(place, value), place, value

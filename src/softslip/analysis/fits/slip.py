@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from softslip.analysis.fits.likelihood import Problem
-from softslip.analysis.fits.measured_points import FloatArray, Points, moderated
+from softslip.analysis.fits.measured_points import FloatArray, Points, dimensionless
 from softslip.analysis.fits.outcomes import LawToFit, fitted, least_deviance
 from softslip.analysis.fits.points import (
     DRIVES,
@@ -35,14 +35,6 @@ one is then twenty times as likely as the other."""
 COEFFICIENT, NEWTONIAN = "slip_coefficient", "newtonian_slip_coefficient"
 EXPONENT, INTERCEPT = "slip_exponent", "slip_yield_stress"
 EVIDENCE = "slip_linear_evidence"
-
-
-def _scaled(points: Points) -> tuple[Points, float, float]:
-    """Return points over their largest stress and velocity, and these; errors are moderated."""
-    points = moderated(points)
-    stress = float(points.abscissa.max())
-    speed = max(float(np.abs(points.value).max()), float(points.error.max()))
-    return points.over(stress, speed), stress, speed
 
 
 def _law(
@@ -76,7 +68,7 @@ def _fit_above(points: Points, offset: float, offset_error: float) -> Fit:
     """Fit ν with p = 1, and compare with p = 2."""
     if points.count < 2:
         return nothing(1, points.count, f"too few steady points: {points.count} of at least 2")
-    scaled, stress, speed = _scaled(points)
+    scaled, stress, speed = dimensionless(points)
     at, doubt = offset / stress, offset_error / stress
     problem, starts = _law(scaled, at, doubt, 1.0)
     unit = speed / (stress - offset)
@@ -91,7 +83,7 @@ def _fit_exponent(points: Points, offset: float, offset_error: float) -> Fit:
     """Fit p with a free coefficient."""
     if points.count < 3:
         return nothing(1, points.count, f"too few steady points: {points.count} of at least 3")
-    scaled, stress, _ = _scaled(points)
+    scaled, stress, _ = dimensionless(points)
     problem, starts = _law(scaled, offset / stress, offset_error / stress, None)
 
     def turned(parameters: FloatArray) -> FloatArray:
@@ -106,7 +98,7 @@ def _fit_intercept(points: Points, offset: float) -> Fit:
     """Fit the stress at which slip begins, V = ν (σ − σ'), with a free coefficient."""
     if points.count < 3:
         return nothing(1, points.count, f"too few steady points: {points.count} of at least 3")
-    scaled, stress, _ = _scaled(points)
+    scaled, stress, _ = dimensionless(points)
 
     def deviations(parameters: FloatArray) -> FloatArray:
         speeds = parameters[1] * (scaled.abscissa - parameters[0])
@@ -126,7 +118,7 @@ def _fit_below(points: Points) -> Fit:
     """Fit V = ν_N σ."""
     if points.count < 2:
         return nothing(1, points.count, f"too few steady points: {points.count} of at least 2")
-    scaled, stress, speed = _scaled(points)
+    scaled, stress, speed = dimensionless(points)
     problem, starts = _law(scaled, 0.0, 0.0, 1.0)
     return fitted(
         LawToFit(problem, starts, (speed / stress,), ("the slip coefficient",)), points.count

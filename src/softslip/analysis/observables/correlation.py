@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+import xarray as xr
 from scipy import stats
 
 from softslip.analysis.observables.series import FloatArray
@@ -48,6 +49,12 @@ class MeanEstimate:
         if self.error == 0:
             return 1.0 if self.value == 0 else 0.0
         return float(2 * stats.t.sf(abs(self.value) / self.error, self.freedom))
+
+
+def estimate_named(dataset: xr.Dataset, name: str) -> MeanEstimate:
+    """Return a number of a dataset with its ``_error`` and ``_freedom``; NaN where it has none."""
+    endings = ("", "_error", "_freedom")
+    return MeanEstimate(*(float(dataset.get(f"{name}{end}", np.nan)) for end in endings))
 
 
 def constant(values: FloatArray) -> bool:

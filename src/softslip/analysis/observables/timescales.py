@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 
-from softslip.analysis.observables.correlation import MeanEstimate
+from softslip.analysis.observables.correlation import MeanEstimate, estimate_named
 from softslip.analysis.observables.series import FloatArray
 from softslip.analysis.observables.slip_lengths import KNOWN_RATE
 from softslip.analysis.observables.smoothed_series import (
@@ -176,7 +176,7 @@ def slip_time(run: xr.Dataset) -> xr.Dataset:
         yielding time) [time unit].
     """
     steady, series = steady_state(run), None
-    slip = MeanEstimate(*(float(steady[f"slip_velocity{end}"]) for end in ENDINGS))
+    slip = estimate_named(steady, "slip_velocity")
     if bool(steady["steady_slip"]) and slip.value > 0 and slip.chance < FROM_ZERO:
         series = noisy_series(run, "slip_velocity", float(steady["steady_from"]))
     time, error = NOTHING if series is None else _half_risen(series, slip)
@@ -188,10 +188,6 @@ def slip_time(run: xr.Dataset) -> xr.Dataset:
         ),
     }
     return described(xr.Dataset(told))
-
-
-ENDINGS = ("", "_error", "_freedom")
-"""Ends of the names of a mean, its error and the freedom of that."""
 
 
 def _half_risen_at(series: NoisySeries, slip: MeanEstimate, width: float) -> float:

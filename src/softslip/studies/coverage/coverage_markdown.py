@@ -1,11 +1,19 @@
 """Tables of verdicts and coverage in Markdown, for the document, from the dataset alone."""
 
+from collections.abc import Mapping
+
 import numpy as np
 import xarray as xr
 
 from softslip.analysis.fits.slip import CONCLUSIVE
-from softslip.studies.coverage.made_up_curves import CURVES
-from softslip.studies.coverage.made_up_runs import DURATION, RUNS, TYPICAL_RATE, TYPICAL_SLIP
+from softslip.studies.coverage.made_up_curves import CURVES, CurveKind
+from softslip.studies.coverage.made_up_runs import (
+    DURATION,
+    RUNS,
+    TYPICAL_RATE,
+    TYPICAL_SLIP,
+    RunKind,
+)
 from softslip.studies.coverage.made_up_series import KINDS
 from softslip.studies.markdown import LEFT, RIGHT, markdown_table
 
@@ -65,15 +73,30 @@ def _held(row: xr.Dataset, name: str) -> list[str]:
     return [_percent(float(each), count) for each in row[f"{name}_coverage"].values]
 
 
+def _intervals(
+    coverage: xr.Dataset,
+    dim: str,
+    columns: tuple[str, str, str, str],
+    kinds: Mapping[str, RunKind] | Mapping[str, CurveKind],
+    header: list[str],
+) -> str:
+    """Return a table of intervals: a row for each kind of data and quantity, and its truth."""
+    kind, name, truth, share = columns
+    rows = []
+    for number in range(coverage.sizes[dim]):
+        row = coverage.isel({dim: number})
+        words, quantity = kinds[str(row[kind].item())].words, f"`{row[name].item()}`"
+        said = [_known(float(row[truth])), _percent(float(row[share]))]
+        rows.append([words, quantity, *said, *_held(row, dim)])
+    return markdown_table([*header, *_heads(coverage)], rows, [LEFT, LEFT] + [RIGHT] * 4)
+
+
 def _measurements(coverage: xr.Dataset) -> str:
     """Return a table with a row for each kind of run and observable."""
-    rows = []
-    for number in range(coverage.sizes["measurement"]):
-        row = coverage.isel(measurement=number)
-        words, name = RUNS[str(row["run_kind"].item())].words, str(row["observable"].item())
-        truth, known = float(row["observable_truth"]), _percent(float(row["known_share"]))
-        rows.append([words, f"`{name}`", _known(truth), known, *_held(row, "measurement")])
-    header = ["Run", "Observable", "Truth", "Known"]
+    columns = ("run_kind", "observable", "observable_truth", "known_share")
+    table = _intervals(
+        coverage, "measurement", columns, RUNS, ["Run", "Observable", "Truth", "Known"]
+    )
     return (
         f"{coverage.attrs['runs']} runs of each kind, of {DURATION:g} time units. Where nothing "
         f"else is said, the bulk creeps until it flows at {TYPICAL_RATE:g}, slip is "
@@ -81,25 +104,20 @@ def _measurements(coverage: xr.Dataset) -> str:
         "correlation decays by e within its memory [time units]. "
         "*Known*: how often the observable had a value with an error and, of averages, a steady "
         "verdict. Intervals are value ± t error with Student's quantile, and the normal one for "
-        "times.\n\n"
-        + markdown_table([*header, *_heads(coverage)], rows, [LEFT, LEFT] + [RIGHT] * 4)
+        f"times.\n\n{table}"
     )
 
 
 def _estimates(coverage: xr.Dataset) -> str:
     """Return a table with a row for each kind of flow curve and parameter."""
-    rows = []
-    for number in range(coverage.sizes["estimate"]):
-        row = coverage.isel(estimate=number)
-        words, name = CURVES[str(row["curve"].item())].words, str(row["parameter"].item())
-        truth, fitted = float(row["truth"]), _percent(float(row["fitted_share"]))
-        rows.append([words, f"`{name}`", _known(truth), fitted, *_held(row, "estimate")])
-    header = ["Flow curve", "Estimate", "Truth", "Fitted"]
+    columns = ("curve", "parameter", "truth", "fitted_share")
+    table = _intervals(
+        coverage, "estimate", columns, CURVES, ["Flow curve", "Estimate", "Truth", "Fitted"]
+    )
     return (
         f"{coverage.attrs['draws']} flow curves of each kind. *Fitted*: how often the estimate was "
         "said to be determined; where intervals are few, no share of them is told. Estimates that "
-        "are not `pooled_` over roughness are those of the smoothest wall by itself.\n\n"
-        + markdown_table([*header, *_heads(coverage)], rows, [LEFT, LEFT] + [RIGHT] * 4)
+        f"are not `pooled_` over roughness are those of the smoothest wall by itself.\n\n{table}"
     )
 
 

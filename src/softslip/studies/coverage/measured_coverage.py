@@ -7,11 +7,12 @@ import xarray as xr
 
 from softslip.analysis.fits import FITTED
 from softslip.analysis.fits.likelihood import CONFIDENCE
+from softslip.analysis.fits.slip import EVIDENCE
 from softslip.analysis.observables.verdicts import VERDICTS
 from softslip.studies.coverage.made_up_curves import CURVES
 from softslip.studies.coverage.made_up_runs import RUNS
 from softslip.studies.coverage.made_up_series import RECORDS, conditions
-from softslip.studies.coverage.measured_curves import EVIDENCE, FAVOURED, curve_tallies
+from softslip.studies.coverage.measured_curves import FAVOURED, curve_tallies
 from softslip.studies.coverage.measured_runs import KNOWN, run_tallies
 from softslip.studies.coverage.measured_series import series_tally
 from softslip.studies.coverage.tallies import Tally

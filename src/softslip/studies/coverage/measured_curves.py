@@ -5,15 +5,14 @@ import xarray as xr
 from numpy.random import SeedSequence
 
 from softslip.analysis.fits import FITTED, fit_laws, herschel_bulkley
-from softslip.analysis.fits.slip import CONCLUSIVE
+from softslip.analysis.fits.flow import PARAMETERS
+from softslip.analysis.fits.slip import CONCLUSIVE, EVIDENCE
+from softslip.files.quantities import POOLED
 from softslip.studies.coverage.made_up_curves import CurveKind
 from softslip.studies.coverage.tallies import Tally
 
 NOT_FITTED = "not fitted"
 """Said of an estimate that was not made, or that the points do not determine."""
-
-EVIDENCE = "slip_linear_evidence"
-"""Name of the evidence for slip that is linear in the stress, against quadratic slip."""
 
 LINEAR, QUADRATIC, NEITHER = "linear", "quadratic", "neither"
 
@@ -51,8 +50,8 @@ def _smoothest(fitted: xr.DataArray) -> xr.DataArray:
 
 def _message_of(name: str) -> str:
     """Return the name of the message on a parameter; those of the flow law share one."""
-    prefix = "pooled_" if name.startswith("pooled_") else ""
-    shared = name.removeprefix(prefix) in ("yield_stress", "consistency", "flow_index")
+    prefix = POOLED if name.startswith(POOLED) else ""
+    shared = name.removeprefix(prefix) in PARAMETERS
     return f"{prefix}fit_message" if shared else f"{name}_message"
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 from numpy.random import SeedSequence
 
-from softslip.analysis.observables.correlation import MeanEstimate
+from softslip.analysis.observables.correlation import MeanEstimate, estimate_named
 from softslip.analysis.observables.slip_lengths import slip_lengths
 from softslip.analysis.observables.steady import FLAGS, steady_state
 from softslip.analysis.observables.timescales import slip_time, yielding_time
@@ -24,9 +24,7 @@ def run_tallies(kind: RunKind, draws: int, key: int) -> dict[str, Tally]:
         parts = (steady_state, slip_lengths, yielding_time, slip_time)
         found = xr.merge([part(run) for part in parts])
         for name, tally in tallies.items():
-            estimate = MeanEstimate(
-                *(float(found.get(f"{name}{end}", np.nan)) for end in ("", "_error", "_freedom"))
-            )
+            estimate = estimate_named(found, name)
             known = _determined(found, name, estimate)
             ends = ends_of(estimate) if known else None
             tally.add(KNOWN if known else UNKNOWN, ends, kind.truths[name])
