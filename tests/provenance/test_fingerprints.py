@@ -63,6 +63,7 @@ TABLE = [
     (FLOWING, "solver.clusters solver.lanes solver.mobility.blob solver.mobility.rigid"),
     (FLOWING, "solver.mobility.outside solver.mobility.quadrature solver.mobility.rest"),
     (FLOWING, "solver.mobility.transform solver.mobility.window solver.rheometer"),
+    (FLOWING, "solver.mobility.least_squares"),
     (FLOWING, "solver.splitting solver.state solver.stepper_memory solver.steric"),
     (FLOWING, "solver.health solver.step_limits solver.suspension solver.transfer"),
     (f"ageing shear {STARTED}", "simulation.hydrodynamics simulation.observer"),

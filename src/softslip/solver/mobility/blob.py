@@ -27,10 +27,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.polynomial import Legendre, Polynomial
+from numpy.polynomial import Polynomial
 from scipy.special import exp1, jv
 
 from softslip.solver.geometry import FloatArray
+from softslip.solver.mobility.least_squares import least_squares
 
 MESH_REACH = 10.3
 """Highest wavenumber of the far mesh times the reach: beyond it the blob has few modes.
@@ -74,19 +75,22 @@ class Blob:
         fixed = np.array([1.0, 3.0 - 24.0 * ratio**2])
         # Velocities have 1/k² more, and a ring of wavenumbers grows as k.
         modes = _transforms(_BEYOND) * _BEYOND[:, None] ** -1.5
-        free, *_ = np.linalg.lstsq(modes[:, 2:], -modes[:, :2] @ fixed, rcond=None)
+        free = least_squares(modes[:, 2:], -np.sum(modes[:, :2] * fixed, axis=1))
         return cls(ratio, np.concatenate((fixed, free)))
 
     def far_factor(self, wavenumbers: FloatArray) -> FloatArray:
         """Return far(k), the blob's transform, at wavenumbers times the reach."""
-        factor: FloatArray = _transforms(wavenumbers) @ self.weights
+        factor: FloatArray = np.sum(_transforms(wavenumbers) * self.weights, axis=-1)
         return factor
 
     def polynomials(self) -> tuple[FloatArray, FloatArray]:
         """Return the coefficients of p and q in rising powers of x, each (DEGREE + 2,)."""
-        # In 1 - 2x, as Legendre polynomials have it, then in x itself.
-        density = Legendre(self.weights, domain=(1, 0)).convert(kind=Polynomial, domain=(-1, 1))
-        share = density.integ()
+        # P_n(1 - 2x) = Σ_k (n over k) (n + k over k) (-x)^k.
+        density = np.zeros(DEGREE + 1)
+        for n, weight in enumerate(self.weights):
+            for k in range(n + 1):
+                density[k] += weight * (-1) ** k * math.comb(n, k) * math.comb(n + k, k)
+        share = Polynomial(density).integ()
         far = 0.5 * _over_x(share).integ()
         far -= far(1.0)
         mean = 0.5 * _over_x(far.integ())

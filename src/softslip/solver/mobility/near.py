@@ -7,7 +7,6 @@ of nodes at once, and applied to the forces of both.
 import math
 
 import numpy as np
-from numpy.polynomial import Chebyshev, Polynomial
 from scipy.special import exp1
 
 from softslip.solver.clusters import SIZE, Slots
@@ -30,6 +29,7 @@ from softslip.solver.lanes import (
     where,
 )
 from softslip.solver.mobility.blob import DEGREE, Blob
+from softslip.solver.mobility.least_squares import least_squares, powers_fitted
 
 DECAYED = 14.0
 """c = r²/4ε² from which on E₁(c) and e^{-c} count as zero (6e-8)."""
@@ -45,10 +45,14 @@ def _logarithm() -> FloatArray:
     """
     t = 1.5 + 0.5 * np.cos(np.pi * (np.arange(64) + 0.5) / 64)
     ends = (t - 1) * (2 - t)
-    line = math.log(2) * (t - 1)
-    fit = Polynomial.fit(t, (np.log(t) - line) / ends, _LOG_DEGREE - 2, domain=(-1, 1), w=ends)
-    whole = fit * Polynomial([-2, 3, -1]) + math.log(2) * Polynomial([-1, 1])
-    return -0.25 * np.append(whole.coef, math.log(2))
+    inner = ends[:, None] * np.vander(t, _LOG_DEGREE - 1, increasing=True)
+    coefficients = least_squares(inner, np.log(t) - math.log(2) * (t - 1))
+    whole = np.zeros(_LOG_DEGREE + 2)
+    for power, factor in enumerate((-2, 3, -1)):
+        whole[power : power + _LOG_DEGREE - 1] += factor * coefficients
+    whole[:2] += math.log(2) * np.array([-1, 1])
+    whole[-1] = math.log(2)
+    return -0.25 * whole
 
 
 def _close() -> FloatArray:
@@ -60,8 +64,7 @@ def _close() -> FloatArray:
     c = 0.5 * DECAYED * (t + 1)
     g = -np.expm1(-c) / c
     functions = np.log(c) + np.euler_gamma + exp1(c) + 1 - g, (1 - g) / c
-    fits = [Chebyshev.fit(t, values, _CLOSE_DEGREE, domain=(-1, 1)) for values in functions]
-    return np.stack([fit.convert(kind=Polynomial).coef for fit in fits])
+    return np.stack([powers_fitted(t, values, _CLOSE_DEGREE) for values in functions])
 
 
 _LOGARITHM, _CLOSE = _logarithm(), _close()

@@ -20,6 +20,7 @@ from scipy.special import i0
 
 from softslip.solver.compilation import compiled
 from softslip.solver.geometry import FloatArray
+from softslip.solver.mobility.least_squares import powers_fitted
 
 LineArray = NDArray[np.int32]
 
@@ -65,8 +66,7 @@ def window_polynomials() -> FloatArray:
     parts = np.empty((WIDTH // 2, 2, DEGREE + 1))
     for line in range(WIDTH // 2):
         values = window(0.5 * (t + 1) + WIDTH // 2 - 1 - line)
-        fit = np.polynomial.Polynomial.fit(t, values, 2 * DEGREE + 1, domain=(-1, 1)).coef
-        parts[line] = fit.reshape(-1, 2).T
+        parts[line] = powers_fitted(t, values, 2 * DEGREE + 1).reshape(-1, 2).T
     return parts
 
 
