@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -28,7 +28,7 @@ from softslip.files.layout import CHECKPOINTS
 from softslip.files.storage import CONTENT_DIGEST, read_dataset, write_dataset
 from softslip.operations.failures import failure_recorded
 from softslip.operations.lock import run_lock
-from softslip.operations.progress import progress_report
+from softslip.operations.progress import Report, json_report, progress_report, silent_report
 from softslip.provenance.attribution import Job
 from softslip.provenance.environment import environment
 from softslip.provenance.fingerprints import fingerprint
@@ -52,9 +52,21 @@ RunParameters = Annotated[
         help="All parameters of the run, which are then not looked up in SCENARIO.",
     ),
 ]
+JsonProgress = Annotated[
+    bool,
+    typer.Option(
+        "--json-progress",
+        help="Write progress as lines of JSON on standard output, for programs that show it.",
+    ),
+]
 Resume = Annotated[
     bool, typer.Option("--resume", help="Resume from a checkpoint, and fail if there is none.")
 ]
+
+
+def _shown(stage: str, as_json: bool) -> AbstractContextManager[Report]:
+    """Return what shows the progress of a stage."""
+    return json_report(stage) if as_json else progress_report(stage)
 
 
 def _stage_run(scenario: str, stage: str, run: str, parameters: str | None) -> StageRun:
@@ -148,14 +160,20 @@ class _Job:
 @app.command()
 @one_line_errors
 def packing(
-    scenario: ScenarioName, run: RunName, output: Output, parameters: RunParameters = None
+    scenario: ScenarioName,
+    run: RunName,
+    output: Output,
+    parameters: RunParameters = None,
+    json_progress: JsonProgress = False,
 ) -> None:
     """Pack discs with LAMMPS."""
     from softslip.simulation.packing import pack
 
     job = _Job(_stage_run(scenario, "packing", run, parameters), output)
-    with job.attempt(), interruptible(at_once=True):
+    shown = json_report if json_progress else silent_report
+    with job.attempt(), interruptible(at_once=True), shown("packing") as report:
         job.write(pack(job.row.parameters))
+        report(1, 1, 0.0)
 
 
 @app.command()
@@ -166,6 +184,7 @@ def expansion(
     parent: Parent,
     output: Output,
     parameters: RunParameters = None,
+    json_progress: JsonProgress = False,
 ) -> None:
     """Grow discs into membranes at the area fraction of the scenario."""
     from softslip.simulation.expansion import expand
@@ -174,7 +193,7 @@ def expansion(
     with (
         job.attempt(),
         interruptible(at_once=False) as interruption,
-        progress_report("expansion") as report,
+        _shown("expansion", json_progress) as report,
     ):
 
         def tell(part: float) -> None:
@@ -213,11 +232,13 @@ def _resumable(job: _Job, interval: float, resume: bool) -> Iterator["Checkpoint
         job.checkpoints.finish()
 
 
-def _follow(job: _Job, follow: Callable[..., xr.Dataset], interval: float, resume: bool) -> None:
+def _follow(
+    job: _Job, follow: Callable[..., xr.Dataset], interval: float, resume: bool, as_json: bool
+) -> None:
     """Follow a packing through time, from its checkpoint if it was interrupted."""
     with (
         _resumable(job, interval, resume) as checkpointer,
-        progress_report(job.row.stage) as report,
+        _shown(job.row.stage, as_json) as report,
     ):
         job.write(follow(job.parent, job.row.parameters, report, job.threads, checkpointer))
 
@@ -233,12 +254,13 @@ def ageing(
     threads: Threads = 1,
     checkpoint_interval: Interval = 60.0,
     resume: Resume = False,
+    json_progress: JsonProgress = False,
 ) -> None:
     """Relax a packing at zero stress, with hydrodynamics."""
     from softslip.simulation.hydrodynamics import age
 
     job = _Job(_stage_run(scenario, "ageing", run, parameters), output, parent, threads)
-    _follow(job, age, checkpoint_interval, resume)
+    _follow(job, age, checkpoint_interval, resume, json_progress)
 
 
 @app.command(name="shear")
@@ -252,9 +274,10 @@ def shear_command(
     threads: Threads = 1,
     checkpoint_interval: Interval = 60.0,
     resume: Resume = False,
+    json_progress: JsonProgress = False,
 ) -> None:
     """Shear an aged packing under constant stress or shear rate."""
     from softslip.simulation.hydrodynamics import shear
 
     job = _Job(_stage_run(scenario, "shear", run, parameters), output, parent, threads)
-    _follow(job, shear, checkpoint_interval, resume)
+    _follow(job, shear, checkpoint_interval, resume, json_progress)

@@ -1,9 +1,13 @@
-"""How far a long stage has come: a bar for people, lines for logs."""
+"""How far a long stage has come: a bar for people, lines for logs, lines of JSON for programs."""
 
+import json
+import os
+import signal
 import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
@@ -13,6 +17,9 @@ Report = Callable[[int, int, float], None]
 
 LOG_INTERVAL = 10.0
 """Seconds between two lines in a log."""
+
+SHOWN_INTERVAL = 0.2
+"""Seconds between two pictures of a bar in a notebook, and between two lines of JSON."""
 
 
 def _line(stage: str, done: int, steps: int, simulated: float, elapsed: float) -> str:
@@ -28,8 +35,8 @@ def _line(stage: str, done: int, steps: int, simulated: float, elapsed: float) -
 def progress_report(stage: str) -> Iterator[Report]:
     """Yield a function that shows progress on standard error while the block runs.
 
-    On a terminal it draws a bar; otherwise it writes a line with step, simulated time, rate and
-    remaining time every `LOG_INTERVAL` seconds and at the end.
+    On a terminal and in a notebook it draws a bar; otherwise it writes a line with step, simulated
+    time, rate and remaining time every `LOG_INTERVAL` seconds and at the end.
 
     Parameters
     ----------
@@ -37,6 +44,10 @@ def progress_report(stage: str) -> Iterator[Report]:
         What to call the work.
     """
     console = Console(stderr=True)
+    if console.is_jupyter:
+        with _notebook_bar(stage) as report:
+            yield report
+        return
     if console.is_terminal:
         with _bar(stage, console) as report:
             yield report
@@ -55,8 +66,44 @@ def progress_report(stage: str) -> Iterator[Report]:
 
 
 @contextmanager
-def _bar(stage: str, console: Console) -> Iterator[Report]:
-    columns = (
+def silent_report(stage: str) -> Iterator[Report]:
+    """Yield a function that shows nothing."""
+    yield lambda done, steps, simulated: None
+
+
+@contextmanager
+def json_report(stage: str) -> Iterator[Report]:
+    """Yield a function that writes progress on standard output, for a program that reads it.
+
+    Each line is an object with ``stage``, ``done`` and ``steps``, and the simulated ``time``. When
+    nobody reads it any more, whoever asked for the work has died: the process gets the signal that
+    asks it to stop, with a checkpoint.
+
+    Parameters
+    ----------
+    stage
+        What to call the work.
+    """
+    last, read = 0.0, True
+
+    def write(done: int, steps: int, simulated: float) -> None:
+        nonlocal last, read
+        now = time.monotonic()
+        if not read or (now - last < SHOWN_INTERVAL and done < steps):
+            return
+        last = now
+        words = {"stage": stage, "done": done, "steps": steps, "time": simulated}
+        try:
+            print(json.dumps(words), flush=True)
+        except BrokenPipeError:
+            read = False
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    yield write
+
+
+def _columns() -> tuple[Any, ...]:
+    return (
         TextColumn("{task.description}"),
         BarColumn(),
         TaskProgressColumn(),
@@ -64,12 +111,47 @@ def _bar(stage: str, console: Console) -> Iterator[Report]:
         TextColumn("{task.fields[rate]:.0f} steps/s"),
         TimeRemainingColumn(),
     )
-    with Progress(*columns, console=console) as bar:
-        task = bar.add_task(stage, total=None, simulated=0.0, rate=0.0)
-        start = time.monotonic()
 
-        def show(done: int, steps: int, simulated: float) -> None:
-            rate = done / max(time.monotonic() - start, 1e-9)
-            bar.update(task, completed=done, total=steps, simulated=simulated, rate=rate)
 
-        yield show
+def _shown_on(bar: Progress, stage: str) -> Report:
+    """Return a function that brings a bar to where the work is."""
+    task = bar.add_task(stage, total=None, simulated=0.0, rate=0.0)
+    start = time.monotonic()
+
+    def show(done: int, steps: int, simulated: float) -> None:
+        rate = done / max(time.monotonic() - start, 1e-9)
+        bar.update(task, completed=done, total=steps, simulated=simulated, rate=rate)
+
+    return show
+
+
+@contextmanager
+def _bar(stage: str, console: Console) -> Iterator[Report]:
+    with Progress(*_columns(), console=console) as bar:
+        yield _shown_on(bar, stage)
+
+
+@contextmanager
+def _notebook_bar(stage: str) -> Iterator[Report]:
+    """Draw a bar in a notebook's output and replace it as the work goes on.
+
+    Rich's own way needs ipywidgets, and shows nothing where they are missing; its bars can be drawn
+    as HTML all the same, and outputs be replaced by every notebook.
+    """
+    from IPython.display import display
+
+    bar = Progress(*_columns(), auto_refresh=False)
+    move = _shown_on(bar, stage)
+    output = display(bar, display_id=True)
+    last = time.monotonic()
+
+    def show(done: int, steps: int, simulated: float) -> None:
+        nonlocal last
+        move(done, steps, simulated)
+        now = time.monotonic()
+        if now - last >= SHOWN_INTERVAL or done == steps:
+            last = now
+            output.update(bar)
+
+    yield show
+    output.update(bar)
