@@ -1,0 +1,214 @@
+"""Tables of a rheometer: what is fitted to them is what is fitted to the dataset."""
+
+import io
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+from scipy.optimize import curve_fit
+from synthetic import sweep
+from typer.testing import CliRunner
+
+from softslip.analysis.fits import FITTED, flow_law, herschel_bulkley
+from softslip.analysis.observables.tables import flow_curve
+from softslip.cli import app
+from softslip.config.parameters import Parameters
+from softslip.errors import ConfigError, DatasetError
+from softslip.files.storage import write_dataset
+from softslip.provenance.attribution import Job
+from softslip.provenance.export.lab_units import LabUnits
+from softslip.provenance.export.rheometer_table import (
+    METADATA,
+    carried_error,
+    rheometer_table,
+)
+
+LABORATORY = {"viscosity": 1e-3, "elastic-constant": 1e-2, "radius": 1.5}
+OPTIONS = [word for name, value in LABORATORY.items() for word in (f"--{name}", str(value))]
+STRESSES = (0.07, 0.09, 0.12, 0.16, 0.22, 0.3, 0.4, 0.5)
+BASE = {"base": Parameters().model_dump(mode="json"), "axes": {}}
+
+
+@pytest.fixture(scope="module")
+def curve() -> xr.Dataset:
+    """A flow curve of runs that are made up from a known law, with noise."""
+    return flow_curve(sweep(STRESSES, (0.0, 0.59))).assign_attrs(
+        parameters=json.dumps(BASE), run="made up", content_sha256="c" * 64
+    )
+
+
+@pytest.fixture(scope="module")
+def units() -> LabUnits:
+    return LabUnits.of(BASE, LABORATORY)
+
+
+def read(table) -> pd.DataFrame:
+    file = io.StringIO()
+    table.write(file)
+    return pd.read_csv(io.StringIO(file.getvalue()))
+
+
+def in_lab_units(fit: xr.Dataset, units: LabUnits, prefix: str) -> np.ndarray:
+    """Return yield stress, consistency and flow index of a fit in pascals and seconds."""
+    stress, consistency, index = (
+        float(fit[f"{prefix}{name}"]) for name in ("yield_stress", "consistency", "flow_index")
+    )
+    return np.array([stress * units.stress, consistency * units.stress * units.time**index, index])
+
+
+def test_a_fit_to_the_table_is_the_fit_to_the_dataset(curve, units):
+    fit = herschel_bulkley(curve)
+    assert fit["pooled_fit_message"].item() == FITTED
+    expected = in_lab_units(fit, units, "pooled_")
+    table = read(rheometer_table(curve, LABORATORY))
+    start = [0.5 * table["shear_stress"].min(), 1.0, 0.5]
+    found, covariance = curve_fit(
+        flow_law,
+        table["shear_rate"],
+        table["shear_stress"],
+        p0=start,
+        sigma=table["shear_stress_std"],
+        absolute_sigma=True,
+    )
+    errors = np.sqrt(np.diag(covariance))
+    apart = np.abs(found - expected) / errors
+    assert (apart < 0.3).all(), f"{apart} standard errors apart: {found}, not {expected}"
+
+
+def test_the_same_law_is_fitted_to_a_table_that_is_read_back(curve, units):
+    """Nothing of our own fit depends on the units."""
+    expected = in_lab_units(herschel_bulkley(curve), units, "pooled_")
+    table = read(rheometer_table(curve, LABORATORY))
+    points = xr.Dataset(
+        {
+            "shear_rate_bulk": ("stress", table["shear_rate"]),
+            "shear_rate_bulk_error": ("stress", table["shear_rate_std"]),
+            "steady_bulk": ("stress", np.ones(len(table), dtype=bool)),
+        },
+        coords={"stress": table["shear_stress"]},
+    )
+    # Freedom of the errors, by which they are widened, is no column of a rheometer's table.
+    unknown = herschel_bulkley(curve.drop_vars("shear_rate_bulk_freedom", errors="ignore"))
+    again = in_lab_units(herschel_bulkley(points), LabUnits(1.0, 1.0, 1.0), "")
+    reference = in_lab_units(unknown, units, "pooled_")
+    np.testing.assert_allclose(reference, expected, rtol=0.05)
+    np.testing.assert_allclose(again, reference, rtol=0.02)
+
+
+def test_numbers_are_those_of_the_dataset_in_other_units(curve, units):
+    table = read(rheometer_table(curve, LABORATORY, rate="wall", where="roughness == 0.59"))
+    from softslip.analysis.observables import mean_over_seeds
+
+    mean = mean_over_seeds(curve).sel(roughness=0.59)
+    mean = mean.isel(stress=np.flatnonzero(mean["steady_wall"].values))
+    assert set(table["roughness"]) == {0.59}
+    for column, name, factor in (
+        ("shear_rate", "shear_rate_wall", 1 / units.time),
+        ("shear_rate_std", "shear_rate_wall_error", 1 / units.time),
+        ("shear_stress", "stress", units.stress),
+        ("slip_velocity", "slip_velocity", units.length / units.time),
+    ):
+        np.testing.assert_allclose(table[column], mean[name].values * factor, rtol=1e-12)
+
+
+def test_errors_of_rates_become_those_of_stresses_by_the_slope_of_the_law():
+    rate = np.geomspace(1e-3, 1.0, 30)
+    stress = flow_law(rate, 0.05, 0.4, 0.5)
+    error = 0.03 * rate
+    slope = 0.5 * 0.4 * rate**-0.5
+    np.testing.assert_allclose(
+        carried_error(stress, rate, error)[1:-1], (slope * error)[1:-1], rtol=0.02
+    )
+
+
+def test_a_single_point_has_no_slope():
+    assert np.isnan(carried_error(np.array([0.1]), np.array([1.0]), np.array([0.1]))).all()
+
+
+def test_points_that_are_not_steady_or_do_not_flow_are_left_out_and_counted(curve):
+    whole = rheometer_table(curve, LABORATORY)
+    spoilt = curve.isel(seed=0).copy(deep=True)
+    steady = np.argwhere(spoilt["steady_bulk"].values)
+    drifting, still = (dict(zip(spoilt["status"].dims, each, strict=True)) for each in steady[:2])
+    spoilt["steady_bulk"][drifting] = False
+    spoilt["shear_rate_bulk"][still] = -1e-6
+    table = rheometer_table(spoilt, LABORATORY)
+    assert len(read(whole)) == len(steady)
+    assert len(read(table)) == len(steady) - 2
+    left = spoilt["status"].size - len(steady) + 1
+    assert table.left_out == (
+        f"{left} points left out: not steady",
+        "1 point left out: no shear rate above 0 with an error",
+    )
+    assert (read(table)["shear_rate"] > 0).all()
+
+
+def test_rheofit_finds_its_columns(curve):
+    table = read(rheometer_table(curve, LABORATORY, layout="rheofit"))
+    plain = read(rheometer_table(curve, LABORATORY))
+    np.testing.assert_array_equal(table["Shear rate / 1/s"], plain["shear_rate"])
+    np.testing.assert_array_equal(table["Stress / Pa"], plain["shear_stress"])
+
+
+@pytest.mark.parametrize(
+    ("choice", "said"),
+    [
+        ({"rate": "slip"}, "rate: 'slip' does not exist; use bulk or wall"),
+        ({"layout": "excel"}, "layout: 'excel' does not exist; use plain or rheofit"),
+        ({"where": "rougness == 0"}, "rougness"),
+    ],
+)
+def test_unknown_choices_are_refused(curve, choice, said):
+    with pytest.raises(ConfigError) as refused:
+        rheometer_table(curve, LABORATORY, **choice)
+    assert said in str(refused.value)
+
+
+def test_a_condition_that_no_point_meets_is_refused(curve):
+    with pytest.raises(DatasetError, match="no point"):
+        rheometer_table(curve, LABORATORY, where="roughness == 3")
+
+
+@pytest.fixture
+def stored(curve, tmp_path) -> Path:
+    path = tmp_path / "flow_curve.nc"
+    labelled = curve.assign_attrs(Job().labels(fingerprint="f" * 16))
+    write_dataset(labelled, path, stage="flow_curve", run="made up", title="flow curve")
+    return path
+
+
+def test_the_command_writes_the_table_and_what_it_is(stored, tmp_path):
+    output = tmp_path / "lab.csv"
+    words = ["export", str(stored), "--rheometer", *OPTIONS, "--output", str(output)]
+    done = CliRunner().invoke(app, words)
+    assert done.exit_code == 0, done.output
+    lines = output.read_text("utf-8").splitlines()
+    assert lines[0].split(",")[:3] == ["shear_rate", "shear_stress", "shear_stress_std"]
+    told = json.loads(Path(f"{output}{METADATA}").read_text("utf-8"))
+    columns = told["tableSchema"]["columns"]
+    assert [column["titles"] for column in columns] == lines[0].split(",")
+    assert [column["schema:unitText"] for column in columns][:3] == ["1/s", "Pa", "Pa"]
+    assert "content_sha256" in told["dc:source"][0]
+
+
+def test_the_same_table_is_the_same_bytes(stored):
+    words = ["export", str(stored), "--rheometer", *OPTIONS]
+    first, second = (CliRunner().invoke(app, words).stdout for _ in range(2))
+    assert first == second
+    assert len(first.splitlines()) > 8
+
+
+def test_the_numbers_of_the_laboratory_must_be_given(stored):
+    refused = CliRunner().invoke(app, ["export", str(stored), "--rheometer", *OPTIONS[:4]])
+    assert refused.exit_code == 2
+    assert "radius: null is not given; give it in µm, such as 1" in refused.output
+
+
+@pytest.mark.parametrize("option", ["--viscosity", "--where"])
+def test_options_of_the_table_are_refused_without_it(stored, option):
+    refused = CliRunner().invoke(app, ["export", str(stored), option, "1"])
+    assert refused.exit_code == 2
+    assert "belongs to --rheometer" in refused.output
