@@ -15,7 +15,7 @@ SOURCES := src tests workflow docs
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run browser test architecture reliability mutation crate-check check format lock clean
+.PHONY: help env run browser slurm test test-slurm architecture reliability mutation crate-check check format lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -70,11 +70,22 @@ browser: ## install Chromium on Debian, for the tests of the explorer's page (½
 	$$as_root env DEBIAN_FRONTEND=noninteractive apt-get install --quiet=2 --yes \
 		--no-install-recommends chromium chromium-driver; }
 
+slurm: ## install Slurm and munge on Debian, for the tests of profiles/slurm
+	@command -v slurmctld >/dev/null && command -v munged >/dev/null || { \
+	echo "Installing slurm-wlm and munge"; \
+	as_root=$$([ "$$(id -u)" -eq 0 ] || echo sudo); \
+	$$as_root apt-get update --quiet=2 && \
+	$$as_root env DEBIAN_FRONTEND=noninteractive apt-get install --quiet=2 --yes \
+		--no-install-recommends slurm-wlm munge; }
+
 run: env ## run the workflow (CORES=2 SCENARIO=demo)
 	@$(BIN)/snakemake --cores $(CORES) --config scenario=$(SCENARIO)
 
 test: check ## run the checks and the fast tests
 	@$(BIN)/pytest --numprocesses $(CORES)
+
+test-slurm: env slurm ## run the workflow on a cluster of one machine, with trouble (½ h, 2 cores, as root)
+	@$(BIN)/pytest tests/slurm -m slurm
 
 reliability: env ## kill, fill and damage what runs depend on, at full size (½ h, 1 core)
 	@SOFTSLIP_RELIABILITY=results/reliability.json $(BIN)/pytest tests/reliability -m reliability

@@ -4,6 +4,7 @@ import atexit
 import os
 import sys
 from contextlib import ExitStack
+from functools import cache
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
@@ -15,6 +16,7 @@ from softslip.files.products import ANY_MORE, FIGURES, MOVIE, SNAPSHOT
 from softslip.provenance.fingerprints import fingerprint
 from softslip.operations.asked_results import no_run_to_show, no_such_run, why_not
 from softslip.operations.lock import run_lock
+from softslip.operations.job_requests import JobRequests
 from softslip.operations.leftovers import remove
 from softslip.config.stages import STAGES
 from softslip.config.sweep_order import priorities
@@ -63,6 +65,10 @@ if (
         f"--config checkpoint={CHECKPOINT_INTERVAL}: is not a number of seconds from 0 on; "
         "leave it out for the default, 60"
     )
+
+# How often an interrupted run is resumed. A job of a batch system is one attempt: it is submitted
+# again by the Snakemake that has submitted it.
+RETRIES = max(1, workflow.execution_settings.retries) if workflow.is_main_process else 0
 
 RESULTS = f"results/{SCENARIO.name}"
 
@@ -181,6 +187,40 @@ def priority_of(stage):
         return PRIORITIES[stage][wildcards.run]
 
     return priority
+
+
+@cache
+def requests(corrected):
+    return JobRequests(SCENARIO, PLACE, corrected)
+
+
+def requests_of_jobs():
+    """Return what a batch system is asked for, see docs/cluster.md.
+
+    Finished runs are looked at only where jobs are submitted: not in the jobs themselves, nor where
+    nobody asks.
+    """
+    return requests(workflow.is_main_process and not workflow.local_exec)
+
+
+def minutes_of(stage):
+    """Return a resource function: the time limit of a run's job."""
+
+    def minutes(wildcards, attempt):
+        run_of(stage, wildcards)
+        return requests_of_jobs().minutes(stage, wildcards.run, attempt)
+
+    return minutes
+
+
+def memory_of(stage):
+    """Return a resource function: the memory of a run's job, in megabytes."""
+
+    def megabytes(wildcards, attempt):
+        run_of(stage, wildcards)
+        return requests_of_jobs().megabytes(stage, wildcards.run, attempt)
+
+    return megabytes
 
 
 def run_labels(wildcards):

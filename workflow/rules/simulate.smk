@@ -3,6 +3,9 @@
 # The fingerprint of a stage's code is a parameter, so that a change of it runs the stage again. The
 # checkpoints of ageing and shear lie beside their results and are no outputs, which would be
 # removed before each attempt.
+#
+# `exec` puts the run in the place of the shell that starts it: a batch system signals all processes
+# of a job, and a shell would end at once, while its run is still writing a checkpoint.
 
 
 rule packing:
@@ -16,6 +19,9 @@ rule packing:
     conda:
         f"../{ENVIRONMENT}"
     threads: 1
+    resources:
+        runtime=minutes_of("packing"),
+        mem_mb=memory_of("packing"),
     params:
         scenario=not_counted(SOURCE),
         fingerprint=fingerprint("packing"),
@@ -23,7 +29,8 @@ rule packing:
     message:
         "Packing discs with LAMMPS ({wildcards.run})"
     shell:
-        "softslip packing {params.scenario:q} {wildcards.run} --parameters {params.parameters:q}"
+        "exec softslip packing {params.scenario:q} {wildcards.run}"
+        " --parameters {params.parameters:q}"
         " --output {output:q} 2> {log:q}"
 
 
@@ -40,6 +47,9 @@ rule expansion:
     conda:
         f"../{ENVIRONMENT}"
     threads: 1
+    resources:
+        runtime=minutes_of("expansion"),
+        mem_mb=memory_of("expansion"),
     params:
         scenario=not_counted(SOURCE),
         fingerprint=fingerprint("expansion"),
@@ -47,7 +57,8 @@ rule expansion:
     message:
         "Growing discs into membranes ({wildcards.run})"
     shell:
-        "softslip expansion {params.scenario:q} {wildcards.run} --parameters {params.parameters:q}"
+        "exec softslip expansion {params.scenario:q} {wildcards.run}"
+        " --parameters {params.parameters:q}"
         " --parent {input.parent:q} --output {output:q} 2> {log:q}"
 
 
@@ -61,11 +72,14 @@ rule ageing:
     benchmark:
         f"{RESULTS}/benchmarks/ageing/{{run}}.tsv"
     priority: priority_of("ageing")
-    # A second attempt resumes from the checkpoint of the first.
-    retries: 1
+    # Another attempt resumes from the checkpoint of the one before.
+    retries: RETRIES
     conda:
         f"../{ENVIRONMENT}"
     threads: 1
+    resources:
+        runtime=minutes_of("ageing"),
+        mem_mb=memory_of("ageing"),
     params:
         scenario=not_counted(SOURCE),
         fingerprint=fingerprint("ageing"),
@@ -74,7 +88,8 @@ rule ageing:
     message:
         "Ageing at zero stress ({wildcards.run})"
     shell:
-        "softslip ageing {params.scenario:q} {wildcards.run} --parameters {params.parameters:q}"
+        "exec softslip ageing {params.scenario:q} {wildcards.run}"
+        " --parameters {params.parameters:q}"
         " --threads {threads} --checkpoint-interval {params.interval}"
         " --parent {input.parent:q} --output {output:q} 2> {log:q}"
 
@@ -89,11 +104,14 @@ rule shear:
     benchmark:
         f"{RESULTS}/benchmarks/shear/{{run}}.tsv"
     priority: priority_of("shear")
-    # A second attempt resumes from the checkpoint of the first.
-    retries: 1
+    # Another attempt resumes from the checkpoint of the one before.
+    retries: RETRIES
     conda:
         f"../{ENVIRONMENT}"
     threads: 1
+    resources:
+        runtime=minutes_of("shear"),
+        mem_mb=memory_of("shear"),
     params:
         scenario=not_counted(SOURCE),
         fingerprint=fingerprint("shear"),
@@ -102,6 +120,7 @@ rule shear:
     message:
         "Shearing ({wildcards.run})"
     shell:
-        "softslip shear {params.scenario:q} {wildcards.run} --parameters {params.parameters:q}"
+        "exec softslip shear {params.scenario:q} {wildcards.run}"
+        " --parameters {params.parameters:q}"
         " --threads {threads} --checkpoint-interval {params.interval}"
         " --parent {input.parent:q} --output {output:q} 2> {log:q}"

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from softslip.errors import CheckpointError
+from softslip.files.layout import CHECKPOINTS
 from softslip.operations.leftovers import FINISHED, FOREIGN, OUTDATED
 from softslip.operations.listing import ListedFile
 from softslip.provenance.fingerprints import fingerprint
@@ -157,3 +158,25 @@ def run_progress(headers: Sequence[Header], running: bool) -> RunProgress:
     return RunProgress(
         newest.time, newest.end, newest.step, newest.restarts, newest.written, rate, remaining
     )
+
+
+def checkpointed_progress(results: Path, stage: str, run: str) -> RunProgress | None:
+    """Return the progress of a run that its checkpoints by the present code show.
+
+    Parameters
+    ----------
+    results
+        Folder of the scenario's results.
+    stage, run
+        Which run it is; nothing else in the folder is looked at.
+
+    Returns
+    -------
+    RunProgress or None
+        As if nobody was working on the run; None where no checkpoint can be read.
+    """
+    folder, headers = results / stage / CHECKPOINTS, []
+    for suffix in (SUFFIX, f".previous{SUFFIX}"):
+        with suppress(CheckpointError):
+            headers.append(read_header(folder / f"{run}.{fingerprint(stage)}{suffix}"))
+    return run_progress(headers, running=False) if headers else None

@@ -25,7 +25,7 @@ from softslip.files.layout import CHECKPOINTS
 from softslip.files.storage import CONTENT_DIGEST
 from softslip.operations.costs import Correction, Costs, Estimate, Measured, shipped
 from softslip.operations.listing import ListedFile
-from softslip.operations.scenario_status import RunStatus, scenario_status
+from softslip.operations.scenario_status import RunStatus, ScenarioStatus, scenario_status
 from softslip.operations.schedule import (
     OPEN,
     Action,
@@ -92,12 +92,7 @@ def make_plan(
     """
     status = scenario_status(scenario, results)
     tables = {stage: scenario.stage_table(stage) for stage in STAGES}
-    datasets: dict[Key | None, _Dataset] = {
-        (stage, run): _dataset(status.datasets[stage, run], stage, run)
-        for stage, table in tables.items()
-        for run in table
-        if (stage, run) in status.datasets
-    }
+    datasets = _datasets(status, tables)
     reasons = _reasons(tables, datasets)
     others = None
     if against is not None:
@@ -114,7 +109,7 @@ def make_plan(
             if action in OPEN:
                 estimate = costs.estimate(stage, row.parameters).corrected(correction)
             new = run.run not in others[stage] if others else reason == Reason.MISSING
-            done = _continued(results, row) if action == Action.BEGIN else 0.0
+            done = continued_part(results, row) if action == Action.BEGIN else 0.0
             if done and run_before(row) not in reasons:
                 action = Action.RESUME
             planned_run = _planned(run, row.parent, action, reason, new, estimate, done)
@@ -125,6 +120,39 @@ def make_plan(
     if others:
         gone = {stage: tuple(sorted(others[stage] - set(tables[stage]))) for stage in STAGES}
     return Plan(tuple(planned), stages, gone)
+
+
+def corrections(
+    scenario: Scenario, results: Path, costs: Costs | None = None
+) -> dict[str, Correction]:
+    """Return by stage how the finished runs of a scenario compare with the estimates.
+
+    Parameters
+    ----------
+    scenario, results, costs
+        As of `make_plan`.
+
+    Raises
+    ------
+    DatasetError
+        When a folder of results cannot be read.
+    """
+    tables = {stage: scenario.stage_table(stage) for stage in STAGES}
+    datasets = _datasets(scenario_status(scenario, results), tables)
+    costs = costs or shipped()
+    return {
+        stage: costs.correction(stage, _finished(stage, table, datasets))
+        for stage, table in tables.items()
+    }
+
+
+def _datasets(status: ScenarioStatus, tables: Tables) -> dict[Key | None, _Dataset]:
+    return {
+        (stage, run): _dataset(status.datasets[stage, run], stage, run)
+        for stage, table in tables.items()
+        for run in table
+        if (stage, run) in status.datasets
+    }
 
 
 def _dataset(file: ListedFile, stage: str, run: str) -> _Dataset:
@@ -180,8 +208,16 @@ def _action(run: RunStatus, reason: Reason, has_dataset: bool, parent_rerun: boo
     return Action.RESUME if run.progress is not None and not parent_rerun else Action.BEGIN
 
 
-def _continued(results: Path, row: StageRun) -> float:
-    """Return the part of a run's time that a shorter run of its trajectory has done before."""
+def continued_part(results: Path, row: StageRun) -> float:
+    """Return the part of a run's time that a shorter run of its trajectory has done before.
+
+    Parameters
+    ----------
+    results
+        Folder of the scenario's results.
+    row
+        A run of any stage; only shears continue others.
+    """
     if row.stage != STAGES[-1]:
         return 0.0
     folder, trajectory = results / row.stage / CHECKPOINTS, trajectory_id(row.parameters)

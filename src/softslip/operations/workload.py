@@ -84,6 +84,12 @@ def nodes(parameters: Parameters) -> float:
     return sum(_contours(parameters)) * flow.resolution / flow.node_spacing
 
 
+def mesh_points(parameters: Parameters) -> float:
+    """Return the number of points of the mesh of 'grid'."""
+    channel, resolution = parameters.channel, parameters.hydrodynamics.resolution
+    return channel.length * (channel.height + channel.outer_gap) * resolution**2
+
+
 def load(stage: str, parameters: Parameters, evaluations: float) -> float:
     """Return what the time of a stage is proportional to, beyond what it takes to start."""
     radii, growth = particle_radii(parameters), parameters.expansion
@@ -96,9 +102,7 @@ def load(stage: str, parameters: Parameters, evaluations: float) -> float:
         evaluations *= IMPLICIT_WORK
     if parameters.hydrodynamics.mobility == "ewald":
         return math.pow(nodes(parameters), NODE_GROWTH) * evaluations
-    channel, resolution = parameters.channel, parameters.hydrodynamics.resolution
-    points = channel.length * (channel.height + channel.outer_gap) * resolution**2
-    return math.pow(points, MESH_GROWTH) * evaluations
+    return math.pow(mesh_points(parameters), MESH_GROWTH) * evaluations
 
 
 def stored(stage: str, parameters: Parameters) -> float:

@@ -1,0 +1,127 @@
+"""What a batch system is asked for: the time and the memory of the job of each run.
+
+Time is what `softslip plan` estimates to be left. A run with a checkpoint goes by its own rate so
+far, another by the estimate of `operations.costs` in the light of the scenario's finished runs, so
+that requests come to fit the cluster that they are made on. It is asked for `MARGIN` times that,
+which is at most `SLACK` times what is used as long as the estimate is right within `MARGIN`. Where
+it is not, the run is told to stop, writes a checkpoint, and is submitted again.
+"""
+
+import math
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+
+from softslip.config.parameters import Parameters
+from softslip.config.scenario import Scenario
+from softslip.config.stages import STAGES
+from softslip.operations.checkpoint_files import checkpointed_progress
+from softslip.operations.costs import Correction, shipped
+from softslip.operations.planning import continued_part, corrections
+from softslip.operations.workload import mesh_points, nodes
+
+SLACK = 1.5
+"""Most time to ask for over the time that is used."""
+
+MARGIN = math.sqrt(SLACK)
+"""Time that is asked for over the estimate."""
+
+STARTING = 20.0
+"""Seconds from the start of a job until its run begins to work: two Snakemakes, one in the job and
+one in its step, read the workflow, each for 2 to 8 s."""
+
+STOPPING = 60.0
+"""Seconds that the batch system may warn a run before its time is over (`--signal`), and that the
+run does not work then."""
+
+WITH_CHECKPOINTS = STAGES[2:]
+"""Stages that resume where they were interrupted; the others begin again."""
+
+SNAKEMAKE_MEMORY = 500.0
+"""Megabytes of the two Snakemakes of a job."""
+
+STAGE_MEMORY = {"packing": 250.0, "expansion": 450.0, "ageing": 550.0, "shear": 550.0}
+"""Megabytes of a stage of a few particles, while its kernels are compiled."""
+
+NODE_MEMORY = 4e-3
+"""Megabytes for each node of a membrane or wall."""
+
+POINT_MEMORY = 1.2e-4
+"""Megabytes for each point of a mesh."""
+
+MEMORY_STEP = 100.0
+"""Megabytes that requests are whole multiples of."""
+
+
+class JobRequests:
+    """What the jobs of a scenario ask a batch system for.
+
+    Parameters
+    ----------
+    scenario
+        Which runs there are.
+    results
+        Folder of the scenario's results.
+    corrected
+        Whether finished runs correct the estimates, for which all datasets are looked at, once.
+    """
+
+    def __init__(self, scenario: Scenario, results: Path, corrected: bool = True) -> None:
+        self._scenario, self._results, self._is_corrected = scenario, results, corrected
+
+    @cached_property
+    def _corrections(self) -> Mapping[str, Correction]:
+        return corrections(self._scenario, self._results) if self._is_corrected else {}
+
+    def seconds_left(self, stage: str, run: str) -> float:
+        """Return the estimate of the time that is left of a run [s]."""
+        progress = checkpointed_progress(self._results, stage, run)
+        if progress is not None and progress.remaining is not None:
+            return progress.remaining
+        row = self._scenario.stage_table(stage)[run]
+        estimate = shipped().estimate(stage, row.parameters)
+        if stage in self._corrections:
+            estimate = estimate.corrected(self._corrections[stage])
+        return estimate.core_seconds * (1 - continued_part(self._results, row))
+
+    def minutes(self, stage: str, run: str, attempt: int = 1) -> int:
+        """Return the time limit of a job [min].
+
+        Parameters
+        ----------
+        stage, run
+            What the job does.
+        attempt
+            How often it is tried, from 1 on. What always begins again gets as many times the time,
+            as it may have been too little.
+        """
+        seconds = MARGIN * self.seconds_left(stage, run)
+        if stage in WITH_CHECKPOINTS:
+            return math.ceil((STARTING + seconds + STOPPING) / 60)
+        return math.ceil((STARTING + seconds) * attempt / 60)
+
+    def megabytes(self, stage: str, run: str, attempt: int = 1) -> int:
+        """Return the memory of a job [MB].
+
+        Parameters
+        ----------
+        stage, run
+            What the job does.
+        attempt
+            How often it is tried, from 1 on. From the second on it is twice as much, as it may have
+            been too little.
+        """
+        parameters = self._scenario.stage_table(stage)[run].parameters
+        memory = SLACK * stage_memory(stage, parameters) + SNAKEMAKE_MEMORY
+        return int(MEMORY_STEP * math.ceil(memory * min(attempt, 2) / MEMORY_STEP))
+
+
+def stage_memory(stage: str, parameters: Parameters) -> float:
+    """Return the estimate of the most memory that the process of a stage takes [MB]."""
+    memory = STAGE_MEMORY[stage]
+    if stage == "packing":
+        return memory
+    memory += NODE_MEMORY * nodes(parameters)
+    if stage in WITH_CHECKPOINTS and parameters.hydrodynamics.mobility == "grid":
+        memory += POINT_MEMORY * mesh_points(parameters)
+    return memory
