@@ -30,7 +30,7 @@ SlurmctldPort=16817
 SlurmUser=root
 SlurmdUser=root
 AuthType=auth/munge
-AuthInfo=socket={folder}/munge.socket
+AuthInfo=socket={folder}/munge.socket,cred_expire=30
 StateSaveLocation={folder}/controller
 SlurmdSpoolDir={folder}/%n
 SlurmctldPidFile={folder}/slurmctld.pid
@@ -143,27 +143,26 @@ class Cluster:
         self._start("controller", "slurmctld", "-D")
         wait_until("the controller answers", lambda: "UP" in said("scontrol", "ping"))
 
-    def kill_controller(self) -> None:
-        """Kill the controller; jobs keep running."""
-        self._kill("controller")
+    def end_controller(self) -> None:
+        """End the controller; jobs keep running."""
+        self._daemons["controller"].terminate()
+        self._daemons["controller"].wait(timeout=PATIENCE)
 
-    def start_node(self, node: str) -> None:
+    def start_node(self, node: str = NODES[1]) -> None:
         """Start a node's daemon."""
         self._start(node, "slurmd", "-D", "-N", node)
 
-    def kill_node(self, node: str) -> None:
+    def kill_node(self, node: str = NODES[1]) -> None:
         """Kill a node's daemon, not the jobs on the node."""
-        self._kill(node)
+        self._daemons[node].kill()
+        self._daemons[node].wait(timeout=PATIENCE)
 
-    def _kill(self, name: str) -> None:
-        self._daemons[name].kill()
-        self._daemons[name].wait(timeout=PATIENCE)
+    def cancel(self, job: str) -> bool:
+        """Cancel a job; return whether the controller has done so."""
+        words = ("scancel", "--verbose", job)
+        done = subprocess.run(words, capture_output=True, check=False, timeout=PATIENCE)
+        return done.returncode == 0
 
     def states(self) -> set[str]:
         """Return the states of the nodes, such as 'idle' and 'down*'."""
         return set(said("sinfo", "--noheader", "--Node", "--format=%t").split())
-
-    def jobs(self, state: str = "running") -> list[str]:
-        """Return the numbers of the jobs in a state."""
-        listed = said("squeue", "--noheader", f"--states={state}", "--format=%i")
-        return [word for word in listed.split() if word.isdecimal()]

@@ -1,16 +1,18 @@
 """The workflow through profiles/slurm, on a real cluster of one machine (`make test-slurm`)."""
 
+import math
 import random
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 import psutil
 import pytest
-from loopback import NODES, Cluster, missing, said
+from loopback import Cluster, missing
 from projects import copy_project
 
 from softslip.config.stages import STAGES
@@ -20,22 +22,36 @@ from softslip.operations.checkpoint_files import checkpointed_progress
 
 pytestmark = [pytest.mark.slurm, pytest.mark.slow]
 
-INTERVAL = 10
+INTERVAL = 5
 """Seconds between two checkpoints."""
 
-STEP = 5.0
-"""Seconds until a checkpoint is written, beside those between two: a step, and a file, on a machine
-whose processors others use too."""
+BEGINNING = 15.0
+"""Processor seconds until a run begins to work, plus a step and the writing of a checkpoint."""
 
 CANCELLED = 20
 
+WANTED = ("results/small/fits.nc", "results/small/figures/fig5.png")
+"""All stages, datasets over all runs, and a figure."""
+
 CI = (Path(__file__).parents[2] / "config" / "ci.yaml").read_text()
 
-LONG = CI.replace("shear_time: 5", "shear_time: 3000").replace("snapshots: [4.0]", "snapshots: []")
-"""Ten minutes for each shear, where a job has one."""
+LONG = """\
+description: Two runs of some minutes; their numbers mean nothing.
+base:
+  fidelity: preview
+  channel: {length: 0.0625, height: 0.09375, outer_gap: 0.0078125}
+  time_stepping: {ageing_time: 2, shear_time: 2000}
+  recording: {snapshots: []}
+axes:
+  rheometer.stress: [0.15, 0.5]
+"""
 
-SOON = ("--slurm-init-seconds-before-status-checks", "5", "--seconds-between-status-checks", "5")
-"""Jobs are looked at sooner than a shared cluster would like."""
+SHORT_OF_TIME = (
+    "ageing:runtime=2",
+    "shear:runtime=2",
+    *(f"{stage}:slurm_extra='--signal=TERM@30'" for stage in STAGES[2:]),
+)
+"""Two minutes, of which the controller leaves 60 to 90 s before it sends the signal."""
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +81,7 @@ class Project:
 
     def start(self, *words: str) -> subprocess.Popen[bytes]:
         """Start Snakemake; what it says goes to `said`."""
-        command = [sys.executable, "-m", "snakemake", *words]
+        command = [sys.executable, Path(__file__).with_name("impatient.py"), *words]
         settings = ["--config", "scenario=small", f"checkpoint={INTERVAL}"]
         with (self.folder / "said").open("wb") as log:
             return subprocess.Popen(
@@ -99,17 +115,17 @@ class Project:
 def small(tmp_path_factory: pytest.TempPathFactory) -> Project:
     """Return the results of the ci scenario by one process of this machine."""
     project = Project(tmp_path_factory.mktemp("small") / "local", CI)
-    project.finish("--cores", "2", "all")
+    project.finish("--cores", "2", *WANTED)
     return project
 
 
 def through_slurm(*words: str) -> tuple[str, ...]:
-    return ("--profile", "profiles/slurm", "--slurm-no-account", *SOON, *words)
+    return ("--profile", "profiles/slurm", "--slurm-status-command", "squeue", *words)
 
 
 def test_the_ci_scenario_gives_the_same(cluster: Cluster, small: Project, tmp_path: Path) -> None:
     project = Project(tmp_path / "cluster", CI)
-    project.finish(*through_slurm("all"))
+    project.finish(*through_slurm(*WANTED))
     assert project.digests() == small.digests()
 
 
@@ -120,57 +136,90 @@ class Attempt:
     Attributes
     ----------
     process
-        Its number.
+        Which process.
+    job
+        Number of its job.
     stage, run
         What it worked on.
-    began, seen
-        When it was seen first and last [POSIX time].
-    kept
-        When its latest checkpoint was written, or when it began as long as there is none.
+    ends
+        When it may be cancelled [s, monotonic].
+    used, kept
+        Processor time until it was seen last, and until its latest checkpoint [s].
+    written
+        When its latest checkpoint was written, or when it began as long as there is none [POSIX
+        time].
     """
 
-    process: int
+    process: psutil.Process
+    job: str
     stage: str
     run: str
-    began: float
-    seen: float
-    kept: float
+    ends: float
+    written: float
+    used: float = 0.0
+    kept: float = 0.0
+
+    def look(self, results: Path) -> bool:
+        """Take note of what the process has done; False where it has ended."""
+        try:
+            times = self.process.cpu_times()
+            alive = self.process.status() != psutil.STATUS_ZOMBIE
+        except psutil.NoSuchProcess:
+            alive = False
+        if alive:
+            self.used = times.user + times.system
+        progress = checkpointed_progress(results, self.stage, self.run)
+        if progress is not None and progress.written > self.written:
+            self.kept, self.written = self.used, progress.written
+        return alive
 
     @property
     def lost(self) -> float:
-        """Seconds of work that are in no checkpoint."""
-        return max(self.seen - self.kept, 0.0)
+        """Processor time that is in no checkpoint [s]."""
+        return self.used - self.kept
 
 
 class Watch:
-    """What the processes of a project's runs do, by looking several times a second."""
+    """What the processes of a project's runs do, by looking twice a second.
+
+    Parameters
+    ----------
+    project
+        Whose processes.
+    """
 
     def __init__(self, project: Project) -> None:
-        self._project = project
-        self.attempts: dict[int, Attempt] = {}
+        self._project, self._random = project, random.Random(1)
+        self.working: list[Attempt] = []
+        self.ended: list[Attempt] = []
 
     def look(self) -> None:
         """Take note of the processes that are at work."""
-        now = time.time()
-        for process in psutil.process_iter(["cmdline", "cwd", "status"]):
-            words = process.info["cmdline"] or []
-            if process.info["cwd"] != str(self._project.folder) or "--output" not in words:
-                continue
-            stage = next((word for word in words if word in STAGES[2:]), None)
-            if stage is None or process.info["status"] == psutil.STATUS_ZOMBIE:
-                continue
-            run = words[words.index(stage) + 2]
-            attempt = self.attempts.setdefault(
-                process.pid, Attempt(process.pid, stage, run, now, now, now)
-            )
-            attempt.seen = now
-            progress = checkpointed_progress(self._project.results, stage, run)
-            if progress is not None and progress.written > attempt.kept:
-                attempt.kept = progress.written
+        working = {attempt.process for attempt in self.working}
+        for process in set(psutil.process_iter()) - working:
+            with suppress(psutil.Error):
+                self._meet(process)
+        for attempt in list(self.working):
+            if not attempt.look(self._project.results):
+                self.working.remove(attempt)
+                self.ended.append(attempt)
+
+    def _meet(self, process: psutil.Process) -> None:
+        words = process.cmdline()
+        stage = next((stage for stage in STAGES[2:] if stage in words), None)
+        if stage is None or "--output" not in words or process.cwd() != str(self._project.folder):
+            return
+        ends = time.monotonic() + self._random.uniform(0, 3 * INTERVAL)
+        run, job = words[words.index(stage) + 2], process.environ()["SLURM_JOB_ID"]
+        began = process.create_time()
+        self.working.append(Attempt(process, job, stage, run, ends, began))
 
 
 class Trouble:
-    """What befalls a cluster while it works, one thing after another.
+    """What befalls a cluster while it works.
+
+    Each attempt is cancelled at a random moment, until that has happened often enough. Meanwhile a
+    node's daemon is killed and the controller ended; they are started again, as systemd does.
 
     Parameters
     ----------
@@ -179,53 +228,52 @@ class Trouble:
     """
 
     def __init__(self, cluster: Cluster) -> None:
-        self._cluster, self._random = cluster, random.Random(1)
+        self._cluster = cluster
         self.cancelled = 0
-        began = time.monotonic()
-        # Seconds from now, and what happens then. A lost daemon is started again, as systemd does.
+        # After so many cancelled jobs this happens, and so many seconds later that.
         self._ahead = [
-            (began + 150, lambda: cluster.kill_node(NODES[1])),
-            (began + 240, lambda: cluster.start_node(NODES[1])),
-            (began + 330, cluster.kill_controller),
-            (began + 350, cluster.start_controller),
+            (6, cluster.kill_node, 60.0, cluster.start_node),
+            (13, cluster.end_controller, 20.0, cluster.start_controller),
         ]
-        self._next_cancel = began + 60
+        self._undo: tuple[float, Callable[[], None]] | None = None
 
     @property
     def is_over(self) -> bool:
         """Whether everything has happened."""
-        return not self._ahead and self.cancelled == CANCELLED
+        return not self._ahead and self._undo is None and self.cancelled == CANCELLED
 
-    def befall(self) -> None:
+    def befall(self, working: Sequence[Attempt]) -> None:
         """Let happen what is due."""
         now = time.monotonic()
-        if self._ahead and now >= self._ahead[0][0]:
-            self._ahead.pop(0)[1]()
-        if self.cancelled < CANCELLED and now >= self._next_cancel:
-            jobs = self._cluster.jobs()
-            if jobs:
-                said("scancel", self._random.choice(jobs))
-                self.cancelled += 1
-                self._next_cancel = now + 20
+        if self._undo is not None and now >= self._undo[0]:
+            self._undo[1]()
+            self._undo = None
+        if self._ahead and self._undo is None and self.cancelled >= self._ahead[0][0]:
+            _, do, later, undo = self._ahead.pop(0)
+            do()
+            self._undo = (now + later, undo)
+        for attempt in working:
+            if now >= attempt.ends and self.cancelled < CANCELLED:
+                attempt.ends = math.inf
+                self.cancelled += self._cluster.cancel(attempt.job)
 
 
 def test_an_unlucky_workflow_ends_unattended_with_the_same(
-    cluster: Cluster, tmp_path: Path, record_property
+    cluster: Cluster, tmp_path: Path, record_property: Callable[[str, object], None]
 ) -> None:
     local = Project(tmp_path / "local", LONG)
-    local.finish("--cores", "2", "all")
+    local.finish("--cores", "2", *WANTED)
     project = Project(tmp_path / "cluster", LONG)
-    limits = [f"{stage}:runtime=1" for stage in STAGES[2:]]
-    process = project.start(*through_slurm("--set-resources", *limits, "--", "all"))
+    process = project.start(*through_slurm("--set-resources", *SHORT_OF_TIME, "--", *WANTED))
     watch, trouble = Watch(project), Trouble(cluster)
     while process.poll() is None:
         watch.look()
-        trouble.befall()
-        time.sleep(0.1)
+        trouble.befall(watch.working)
+        time.sleep(0.5)
     assert process.returncode == 0, project.said
     assert trouble.is_over, f"{trouble.cancelled} jobs were cancelled"
     assert project.digests() == local.digests()
-    lost = [attempt.lost for attempt in watch.attempts.values()]
+    lost = [attempt.lost for attempt in watch.ended]
     record_property("attempts", len(lost))
-    record_property("seconds lost", sum(lost))
-    assert max(lost) <= INTERVAL + STEP, sorted(lost)
+    record_property("processor seconds lost", sum(lost))
+    assert max(lost) <= BEGINNING + INTERVAL, sorted(lost)

@@ -66,9 +66,9 @@ if (
         "leave it out for the default, 60"
     )
 
-# How often an interrupted run is resumed. A job of a batch system is one attempt: it is submitted
-# again by the Snakemake that has submitted it.
-RETRIES = max(1, workflow.execution_settings.retries) if workflow.is_main_process else 0
+# A run that ends without a result is started once more, and resumes. Not so within a job of a batch
+# system, which is one attempt: profiles/slurm says how often it is submitted.
+RETRIES = 1 if workflow.is_main_process else 0
 
 RESULTS = f"results/{SCENARIO.name}"
 

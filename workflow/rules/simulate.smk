@@ -72,7 +72,7 @@ rule ageing:
     benchmark:
         f"{RESULTS}/benchmarks/ageing/{{run}}.tsv"
     priority: priority_of("ageing")
-    # Another attempt resumes from the checkpoint of the one before.
+    # A second attempt resumes from the checkpoint of the first.
     retries: RETRIES
     conda:
         f"../{ENVIRONMENT}"
@@ -104,7 +104,7 @@ rule shear:
     benchmark:
         f"{RESULTS}/benchmarks/shear/{{run}}.tsv"
     priority: priority_of("shear")
-    # Another attempt resumes from the checkpoint of the one before.
+    # A second attempt resumes from the checkpoint of the first.
     retries: RETRIES
     conda:
         f"../{ENVIRONMENT}"

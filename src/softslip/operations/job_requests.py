@@ -30,9 +30,9 @@ STARTING = 20.0
 """Seconds from the start of a job until its run begins to work: two Snakemakes, one in the job and
 one in its step, read the workflow, each for 2 to 8 s."""
 
-STOPPING = 60.0
-"""Seconds that the batch system may warn a run before its time is over (`--signal`), and that the
-run does not work then."""
+STOPPING = 90.0
+"""Seconds of a time limit in which a run does not work any more: it is told to stop 60 s before the
+end (profiles/slurm), and Slurm's controller, which looks every 30 s, does so up to 30 s early."""
 
 WITH_CHECKPOINTS = STAGES[2:]
 """Stages that resume where they were interrupted; the others begin again."""
