@@ -37,17 +37,18 @@ end (profiles/slurm), and Slurm's controller, which looks every 30 s, does so up
 WITH_CHECKPOINTS = STAGES[2:]
 """Stages that resume where they were interrupted; the others begin again."""
 
-SNAKEMAKE_MEMORY = 500.0
-"""Megabytes of the two Snakemakes of a job."""
+SNAKEMAKE_MEMORY = 400.0
+"""Megabytes of the two Snakemakes of a job, of 180 each, and of what starts them."""
 
-STAGE_MEMORY = {"packing": 250.0, "expansion": 450.0, "ageing": 550.0, "shear": 550.0}
-"""Megabytes of a stage of a few particles, while its kernels are compiled."""
+STAGE_MEMORY = {"packing": 200.0, "expansion": 350.0, "ageing": 460.0, "shear": 460.0}
+"""Megabytes of a stage of a few particles while its kernels are compiled, measured as the most that
+benchmarks show: 192, 350, 455 and 455. Compiled before, expansion takes 270 and the others 310."""
 
-NODE_MEMORY = 4e-3
-"""Megabytes for each node of a membrane or wall."""
+NODE_MEMORY = 2e-3
+"""Megabytes for each node of a membrane or wall: 304 at 1,700, 325 at 9,000 and 351 at 26,500."""
 
-POINT_MEMORY = 1.2e-4
-"""Megabytes for each point of a mesh."""
+POINT_MEMORY = 2.5e-5
+"""Megabytes for each point of a mesh, nodes included: 330 at 1.6 million, 449 at 6.6 million."""
 
 MEMORY_STEP = 100.0
 """Megabytes that requests are whole multiples of."""
@@ -112,7 +113,7 @@ class JobRequests:
             been too little.
         """
         parameters = self._scenario.stage_table(stage)[run].parameters
-        memory = SLACK * stage_memory(stage, parameters) + SNAKEMAKE_MEMORY
+        memory = MARGIN * stage_memory(stage, parameters) + SNAKEMAKE_MEMORY
         return int(MEMORY_STEP * math.ceil(memory * min(attempt, 2) / MEMORY_STEP))
 
 
