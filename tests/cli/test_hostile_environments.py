@@ -44,6 +44,7 @@ STATUSES = (0, 1, 2, 75)
 FILE = "results/small/{stage}/{run}.nc"
 
 WORDS: Mapping[str, str] = {
+    "init": "init out/fresh",
     "packing": "packing small {packing} --output out/packing.nc",
     "expansion": "expansion small {expansion} --parent {packing_file} --output out/expansion.nc",
     "ageing": "ageing small {ageing} --parent {expansion_file} --output out/ageing.nc",

@@ -29,7 +29,7 @@ from ruamel.yaml import YAML
 from softslip.config.fields import all_fields, value_at
 from softslip.config.parameters import Parameters
 from softslip.config.reading import LARGEST_FILE
-from softslip.config.scenario import MOST_RUNS, Scenario, load_scenario
+from softslip.config.scenario import MOST_RUNS, SETTINGS, Scenario, load_scenario
 from softslip.errors import ConfigError
 
 EXAMPLES = int(os.environ.get("SOFTSLIP_FUZZ", "800"))
@@ -49,7 +49,7 @@ LONGEST_MESSAGE = 500
 
 FIELDS = all_fields(Parameters)
 CONFIG = Path(__file__).parents[2] / "config"
-FILES = sorted(path for path in CONFIG.glob("*.yaml"))
+FILES = sorted(path for path in CONFIG.glob("*.yaml") if path.stem != SETTINGS)
 TEXTS = [path.read_bytes() for path in FILES]
 TREES = [YAML(typ="safe", pure=True).load(text) for text in TEXTS]
 

@@ -10,6 +10,14 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version
 
+try:
+    import softslip
+except ModuleNotFoundError:
+    raise WorkflowError(
+        f"softslip: is not installed for {sys.executable}, which runs Snakemake; install it there "
+        "with pip, from its wheel or its repository"
+    ) from None
+
 from softslip.errors import ConfigError, SoftslipError
 from softslip.files.expected_results import expected_results, run_shown
 from softslip.files.products import ANY_MORE, FIGURES, MOVIE, SNAPSHOT
@@ -29,6 +37,12 @@ min_version("9.0")
 
 # Rules call the command that belongs to this very Python, whether or not it is activated.
 os.environ |= {"PATH": os.pathsep.join([os.path.dirname(sys.executable), *os.get_exec_path()])}
+
+# For a module they are given by the workflow that has it.
+if os.path.isfile("config/config.yaml"):
+
+    configfile: "config/config.yaml"
+
 
 unknown = sorted(set(config) - {"scenario", "numerics", "checkpoint"})
 if unknown:

@@ -15,6 +15,10 @@ from softslip.cli.inherited import flushed, put_right, refuse_settings_of_numba
 from softslip.errors import ConfigError
 
 COMMANDS: Mapping[str, Mapping[str, str]] = {
+    "init": {
+        "init": "Write the workflow, its scenarios and its settings into a folder, to run and edit "
+        "them.",
+    },
     "stage_commands": {
         "packing": "Pack discs with LAMMPS.",
         "expansion": "Grow discs into membranes at the area fraction of the scenario.",
@@ -101,7 +105,7 @@ def _imported(name: str) -> Any:
     return typer.main.get_group(parent).commands[name]
 
 
-app = typer.Typer(cls=_Commands, add_completion=False, no_args_is_help=True, callback=commands)
+app = typer.Typer(cls=_Commands, no_args_is_help=True, callback=commands)
 for each in COMMANDS.values():
     for name, line in each.items():
         app.command(name, help=line)(commands)

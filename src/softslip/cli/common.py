@@ -12,7 +12,7 @@ import typer
 
 from softslip.config.accuracy import cheapest
 from softslip.config.parameters import Parameters
-from softslip.config.scenario import Scenario, StageRun
+from softslip.config.scenario import Scenario, StageRun, scenario_names
 from softslip.config.stages import stage_ids
 from softslip.errors import ConfigError, Interrupted, SoftslipError
 from softslip.messages import brief, file_text
@@ -22,7 +22,12 @@ CONFIG_EXIT, FAILURE_EXIT, INTERRUPTED_EXIT = 2, 1, 75
 which the same command resumes (EX_TEMPFAIL of sysexits.h)."""
 
 ScenarioName = Annotated[
-    str, typer.Argument(metavar="SCENARIO", help="Name of a file in config/, or a .yaml path.")
+    str,
+    typer.Argument(
+        metavar="SCENARIO",
+        help="Name of a file in config/, or a .yaml path.",
+        autocompletion=scenario_names,
+    ),
 ]
 RunName = Annotated[str, typer.Argument(metavar="RUN", help="Run ID, or its first digits.")]
 Output = Annotated[Path, typer.Option(help="File to write.", readable=False)]

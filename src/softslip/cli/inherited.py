@@ -10,7 +10,7 @@ import errno
 import os
 import sys
 import warnings
-from collections.abc import MutableMapping
+from collections.abc import Mapping, MutableMapping
 from importlib.util import find_spec
 from pathlib import Path
 from typing import IO
@@ -37,6 +37,17 @@ KEPT = {
 """Those among them that are left alone, if they have one of these values: where files cannot be
 locked, what developers look for errors with, where compiled functions are stored, and for which
 processor linear algebra is done, which administrators of virtual machines have to set."""
+
+COMPLETION = "_SOFTSLIP_COMPLETE"
+"""By what a shell asks for the words that may follow in a line, instead of the command itself."""
+
+COMPLETED = {
+    "complete_bash": ("COMP_WORDS", "COMP_CWORD"),
+    "complete_zsh": ("_TYPER_COMPLETE_ARGS",),
+    "complete_fish": ("_TYPER_COMPLETE_ARGS", "_TYPER_COMPLETE_FISH_ACTION"),
+    "complete_powershell": ("_TYPER_COMPLETE_ARGS", "_TYPER_COMPLETE_WORD_TO_COMPLETE"),
+}
+"""Its values, and the variables by which that shell says what the line is so far."""
 
 NUMBA_SETTINGS = ".numba_config.yaml"
 """File of the current folder that numba takes settings from when it is imported."""
@@ -66,7 +77,8 @@ def withhold(variables: MutableMapping[str, str]) -> None:
     variables
         The process's, which are changed.
     """
-    for name in [name for name in variables if name.startswith(FAMILIES)]:
+    line = _line_to_complete(variables)
+    for name in [name for name in variables if name.startswith(FAMILIES) and name not in line]:
         allowed = KEPT.get(name, ())
         if allowed is not None and variables[name] not in allowed:
             del variables[name]
@@ -77,6 +89,15 @@ def withhold(variables: MutableMapping[str, str]) -> None:
     package = find_spec("matplotlib")
     if package is not None and package.origin:
         variables["MATPLOTLIBRC"] = str(Path(package.origin).parent / "mpl-data" / "matplotlibrc")
+
+
+def _line_to_complete(variables: Mapping[str, str]) -> tuple[str, ...]:
+    """Return the variables by which a shell asks how a line may go on; none if it does not."""
+    names = COMPLETED.get(variables.get(COMPLETION, ""), ())
+    told = all(name in variables for name in names)
+    # The number of the word that the cursor is in; only bash gives it.
+    told = told and variables.get("COMP_CWORD", "0").isdecimal()
+    return (COMPLETION, *names) if names and told else ()
 
 
 def _open_streams() -> None:

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from softslip.config.scenario import FOLDER
+from softslip.config.scenario import FOLDER, SETTINGS, scenario_names
 from softslip.config.stages import STAGES
 from softslip.errors import ConfigError, DatasetError
 from softslip.files.layout import CHECKPOINTS, DATASET
@@ -20,6 +20,7 @@ ResultsName = Annotated[
     typer.Argument(
         metavar="SCENARIO",
         help="Name of a file in config/, a .yaml path, a folder of results, or a file in it.",
+        autocompletion=scenario_names,
     ),
 ]
 
@@ -32,6 +33,8 @@ OVERVIEW = ("figures/fig5.png", "flow_curve.nc")
 
 def is_scenario(given: str) -> bool:
     """Whether a scenario is meant; it wins where its name is a folder's too."""
+    if given == SETTINGS:
+        return False
     return given.endswith(".yaml") or os.path.isfile(FOLDER / f"{given}.yaml")
 
 

@@ -24,6 +24,10 @@ which takes some seconds for so many."""
 FOLDER = Path("config")
 """Folder of the named scenarios, below the current directory."""
 
+SETTINGS = "config"
+"""Name of the one file in the folder that is no scenario: the workflow's settings, where
+Snakemake's tools look for them."""
+
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 
 
@@ -169,6 +173,12 @@ def load_scenario(name_or_path: str) -> Scenario:
         raise in_file(path, error) from None
 
 
+def scenario_names(beginning: str = "") -> list[str]:
+    """Return the names of the scenarios in the folder, those that begin so, in order."""
+    names = (file.stem for file in FOLDER.glob("*.yaml"))
+    return sorted(name for name in names if name != SETTINGS and name.startswith(beginning))
+
+
 def _scenario_path(name_or_path: str) -> Path:
     path = Path(name_or_path)
     named = path.suffix != ".yaml"
@@ -182,14 +192,14 @@ def _scenario_path(name_or_path: str) -> Path:
     if not named:
         return path
     path = FOLDER / f"{name_or_path}.yaml"
-    if not path.exists():
-        present = sorted(file.stem for file in FOLDER.glob("*.yaml"))
-        raise ConfigError(
-            "scenario",
-            name_or_path,
-            f"is not in the folder {FOLDER} of the current directory",
-            f"use one of {', '.join(present)}" if present else "change to the project's folder",
-        )
+    if name_or_path == SETTINGS or not path.exists():
+        limit = f"is not in the folder {FOLDER} of the current directory"
+        if path.exists():
+            limit = "is the file of the workflow's settings, not of a scenario"
+        names = scenario_names()
+        elsewhere = "change to the project's folder, or write one with: softslip init DIR"
+        remedy = f"use one of {', '.join(names)}" if names else elsewhere
+        raise ConfigError("scenario", name_or_path, limit, remedy)
     return path
 
 

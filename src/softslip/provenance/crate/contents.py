@@ -244,7 +244,7 @@ def _project_files(project: Path) -> Iterator[CrateFile]:
             "workflow",
             brief("workflow/Snakefile"),
             "is not in the current directory",
-            "change to the project's folder",
+            "change to the project's folder, or write one with: softslip init DIR",
         )
     names = ["Snakefile", "config/defaults.yaml", "profiles/default/config.yaml"]
     inside = (path.relative_to(project) for path in (project / "workflow").rglob("*"))
