@@ -11,7 +11,10 @@ rule figure:
             f"{RESULTS}/figures/{{name}}.png",
             caption="../report/figure.rst",
             category="Figures",
-            labels={"figure": "{name}"},
+            labels=lambda wildcards: {
+                "figure": wildcards.name,
+                "shows": EVERY_FIGURE[wildcards.name].summary,
+            },
         ),
     log:
         f"{RESULTS}/logs/figures/{{name}}.log",
@@ -57,12 +60,8 @@ rule movie:
     input:
         lambda wildcards: shown_in("movie"),
     output:
-        report(
-            f"{RESULTS}/figures/movie.mp4",
-            caption="../report/movie.rst",
-            category="Figures",
-            labels={"figure": "movie"},
-        ),
+        # The report plays it on a page of its own.
+        f"{RESULTS}/figures/movie.mp4",
     log:
         f"{RESULTS}/logs/figures/movie.log",
     benchmark:

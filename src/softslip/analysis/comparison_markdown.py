@@ -1,6 +1,6 @@
 """The comparison with the paper as a table for documents."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import xarray as xr
@@ -20,10 +20,22 @@ def comparison_table(comparison: xr.Dataset) -> str:
     comparison
         From `against_paper`, with the scenario as its attribute ``run``.
     """
-    return "\n\n".join(_tables(comparison)) + "\n"
+    return "\n\n".join(_table(title, rows) for title, rows in compared_rows(comparison)) + "\n"
 
 
-def _tables(comparison: xr.Dataset) -> Iterator[str]:
+def _table(title: str, rows: Sequence[Sequence[str]]) -> str:
+    lines = map(table_row, (HEAD, ["---"] * len(HEAD), *rows))
+    return "\n".join([f"{title}:", "", *lines])
+
+
+def compared_rows(comparison: xr.Dataset) -> Iterator[tuple[str, list[tuple[str, ...]]]]:
+    """Yield a title and the rows below `HEAD` for each combination of dimensions.
+
+    Parameters
+    ----------
+    comparison
+        See `comparison_table`.
+    """
     runs = comparison["runs_done"]
     for place in np.ndindex(runs.shape):
         at = dict(zip(map(str, runs.dims), place, strict=True))
@@ -31,10 +43,8 @@ def _tables(comparison: xr.Dataset) -> Iterator[str]:
         where = [f"{dim} {cell[dim].item()}" for dim in at if dim in cell.coords]
         scenario = f"Scenario {comparison.attrs.get('run', '')}"
         finished = counted(int(cell["runs_done"]), "finished run")
-        lines = [", ".join([scenario, finished, *where]) + ":", "", table_row(HEAD)]
-        lines.append(table_row(["---"] * len(HEAD)))
-        lines += [table_row(_row(cell, name, number)) for name, number in COMPARED.items()]
-        yield "\n".join(lines)
+        rows = [_row(cell, name, number) for name, number in COMPARED.items()]
+        yield ", ".join([scenario, finished, *where]), rows
 
 
 def _row(cell: xr.Dataset, name: str, number: ComparedNumber) -> tuple[str, ...]:

@@ -87,6 +87,8 @@ class FigureEntry:
         How many snapshots that run has at least.
     suffix
         Of its file, as the workflow draws it.
+    summary
+        What a figure of a scenario shows, in a few words.
     """
 
     name: str
@@ -96,6 +98,7 @@ class FigureEntry:
     sample: str = ""
     snapshots: int = 1
     suffix: str = ".png"
+    summary: str = ""
 
 
 _OBSERVABLES = "softslip.analysis.observables.tables"
@@ -180,6 +183,7 @@ FIGURES: Mapping[str, FigureEntry] = {
             ("shear",),
             f"{_FIGURES}.samples:flowing_sample",
             f"{_PAPER}:FLOWING_SAMPLE",
+            summary="a flowing sample",
         ),
         FigureEntry(
             "fig3",
@@ -187,21 +191,56 @@ FIGURES: Mapping[str, FigureEntry] = {
             ("shear",),
             f"{_FIGURES}.samples:yielding_sample",
             f"{_PAPER}:YIELDING_SAMPLE",
-        ),
-        FigureEntry("fig4", "figure", ("profiles",), f"{_FIGURES}.velocity:profiles"),
-        FigureEntry("fig5", "figure", ("flow_curve", FITS), f"{_FIGURES}.rheology:flow_curves"),
-        FigureEntry("fig6", "figure", ("flow_curve", FITS), f"{_FIGURES}.slip_panels:slip"),
-        FigureEntry(
-            "fig7", "figure", ("flow_curve", FITS), f"{_FIGURES}.slip_length_panels:lengths"
+            summary="a sample as it yields",
         ),
         FigureEntry(
-            "fig8", "figure", ("creep", "flow_curve", FITS), f"{_FIGURES}.transient:transients"
+            "fig4",
+            "figure",
+            ("profiles",),
+            f"{_FIGURES}.velocity:profiles",
+            summary="velocity profiles",
         ),
         FigureEntry(
-            "fig9", "figure", ("creep", "flow_curve", FITS), f"{_FIGURES}.separations:separations"
+            "fig5",
+            "figure",
+            ("flow_curve", FITS),
+            f"{_FIGURES}.rheology:flow_curves",
+            summary="flow curves",
         ),
         FigureEntry(
-            "structure", "figure", ("structure",), f"{_FIGURES}.structure_panels:structure_page"
+            "fig6",
+            "figure",
+            ("flow_curve", FITS),
+            f"{_FIGURES}.slip_panels:slip",
+            summary="slip velocity and heterogeneity",
+        ),
+        FigureEntry(
+            "fig7",
+            "figure",
+            ("flow_curve", FITS),
+            f"{_FIGURES}.slip_length_panels:lengths",
+            summary="slip lengths",
+        ),
+        FigureEntry(
+            "fig8",
+            "figure",
+            ("creep", "flow_curve", FITS),
+            f"{_FIGURES}.transient:transients",
+            summary="creep and yielding",
+        ),
+        FigureEntry(
+            "fig9",
+            "figure",
+            ("creep", "flow_curve", FITS),
+            f"{_FIGURES}.separations:separations",
+            summary="distance between the walls",
+        ),
+        FigureEntry(
+            "structure",
+            "figure",
+            ("structure",),
+            f"{_FIGURES}.structure_panels:structure_page",
+            summary="structure between the walls",
         ),
         FigureEntry(SNAPSHOT, SNAPSHOT, ("shear",), f"{_FIGURES}.membranes:snapshot"),
         FigureEntry(
@@ -212,6 +251,7 @@ FIGURES: Mapping[str, FigureEntry] = {
             f"{_PAPER}:YIELDING_SAMPLE",
             MOVIE_SNAPSHOTS,
             ".mp4",
+            summary="the sample as it yields",
         ),
         FigureEntry(
             "benchmark",

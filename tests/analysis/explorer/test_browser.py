@@ -1,45 +1,17 @@
 """The page in Chromium, as people use it."""
 
-import shutil
 import struct
-import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+from browser import PHONE, WIDE, complaints, opened
 from explorer_synthetic import columns_of, made_up, many, saved
 
 from softslip.provenance.export.csv_file import cells
 
 pytestmark = pytest.mark.browser
-
-WIDE, PHONE = (1440, 1000), (390, 844)
-
-
-def opened(size: tuple[int, int], folder: Path) -> Any:
-    """Return a browser without a window, or skip the test where there is none."""
-    missing = [name for name in ("chromium", "chromedriver") if shutil.which(name) is None]
-    if missing:
-        pytest.skip(f"{missing[0]} is not installed; on Debian: chromium and chromium-driver")
-    webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
-    options = webdriver.ChromeOptions()
-    options.binary_location = shutil.which("chromium")
-    for word in ("headless=new", "no-sandbox", "disable-dev-shm-usage", "hide-scrollbars"):
-        options.add_argument(f"--{word}")
-    options.add_argument(f"--user-data-dir={folder / 'chromium'}")
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    with warnings.catch_warnings():
-        # Not ours: sockets that the driver leaves to be collected.
-        warnings.simplefilter("ignore")
-        driver = webdriver.Chrome(
-            options=options, service=webdriver.ChromeService(shutil.which("chromedriver"))
-        )
-    metrics = {"width": size[0], "height": size[1], "deviceScaleFactor": 1}
-    driver.execute_cdp_cmd(
-        "Emulation.setDeviceMetricsOverride", {**metrics, "mobile": size == PHONE}
-    )
-    return driver
 
 
 class Explorer:
@@ -63,7 +35,7 @@ class Explorer:
         return int(self.text("#count").split()[0])
 
     def complaints(self) -> list[str]:
-        return [each["message"] for each in self.driver.get_log("browser")]
+        return complaints(self.driver)
 
     def click_point(self, plot: str, number: int = 0) -> int:
         """Click a point of a panel; return the run that it is of."""

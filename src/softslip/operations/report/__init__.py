@@ -1,0 +1,1 @@
+"""What Snakemake's report shows beside the figures: its first page, and pages of tables."""

@@ -1,0 +1,182 @@
+"""Snakemake's report: what is in it and what it says is missing, also as a browser shows it."""
+
+import json
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from browser import WIDE, complaints, opened
+from projects import ROOT, TINY, copy_project
+
+from softslip.files.layout import CHECKPOINTS
+from softslip.operations.failures import failure_path
+
+pytestmark = pytest.mark.workflow
+
+STUDIED = "results/published/numerics"
+
+
+def written(folder: Path, page: str = "report.html", scenario: str = "tiny") -> Path:
+    """Write the report of a project, as README says it, and return it."""
+    words = ("--report", page, "--config", f"scenario={scenario}")
+    command = [sys.executable, "-m", "snakemake", *words]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "WARNING" not in done.stderr, done.stderr
+    return folder / page
+
+
+def first_page(report: Path) -> str:
+    """Return the first page of a report, as HTML."""
+    (line,) = (
+        line for line in report.read_text("utf-8").splitlines() if "var workflow_desc = " in line
+    )
+    text = json.loads(line.partition("=")[2].strip().removesuffix(";"))
+    assert "system-message" not in text, text
+    return str(text)
+
+
+@pytest.fixture(scope="module")
+def project(whole: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a copy of a project with all results and a published study; not to be changed."""
+    folder = tmp_path_factory.mktemp("report") / "project"
+    shutil.copytree(whole, folder)
+    shutil.copytree(ROOT / STUDIED, folder / STUDIED)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def report(project: Path) -> Path:
+    return written(project)
+
+
+@pytest.fixture(scope="module")
+def driver(report: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    started = opened(WIDE, tmp_path_factory.mktemp("profile"))
+    started.get(report.as_uri())
+    yield started
+    started.quit()
+
+
+def menu(driver: Any) -> list[Any]:
+    """Go back to the menu and return its entries."""
+    driver.execute_script("app.setView({navbarMode: 'menu'})")
+    return list(driver.find_elements("css selector", "nav li a, #app li a"))
+
+
+CATEGORIES = {"Accuracy", "Beside the paper", "Figures", "Snapshots", "Stability"}
+
+
+def test_the_first_page_says_what_was_run_and_that_nothing_is_missing(report: Path) -> None:
+    page = first_page(report)
+    assert "The smallest run through every stage" in page
+    assert "Nothing: every run is done" in page
+    assert "<td>shear</td><td>1</td>" in page
+    assert "no results/published" not in page
+
+
+@pytest.mark.browser
+def test_every_result_has_labels_a_caption_and_a_category(driver: Any) -> None:
+    assert set(driver.execute_script("return Object.keys(categories)")) == CATEGORIES
+    results = driver.execute_script("return results")
+    shown = driver.execute_script("return Object.values(categories).flatMap(Object.values).flat()")
+    assert sorted(shown) == sorted(results)
+    for path, entry in results.items():
+        # A scenario without axes has nothing to tell its snapshots apart by.
+        assert entry["labels"] or "/snapshots/" in path, path
+        assert all(str(label).strip() for label in entry["labels"].values()), path
+        assert len(entry["caption"]) > 50, path
+        assert "system-message" not in entry["caption"], path
+
+
+@pytest.mark.browser
+def test_every_category_opens_and_every_figure_is_seen(driver: Any) -> None:
+    seen = set()
+    for category in sorted(CATEGORIES):
+        (entry,) = (each for each in menu(driver) if each.text.strip() == category)
+        entry.click()
+        for path in driver.execute_script(
+            "return Object.values(categories[arguments[0]]).flat()", category
+        ):
+            driver.execute_script("app.showResultInfo(arguments[0])", path)
+            view(driver).click()
+            assert is_seen(driver), path
+            seen.add(path)
+    assert seen == set(driver.execute_script("return Object.keys(results)"))
+    assert complaints(driver) == []
+
+
+def view(driver: Any) -> Any:
+    """Return the button that shows the result whose description is open."""
+    return driver.find_element("css selector", "#app li a[href='#'] svg, #app li a svg")
+
+
+def is_seen(driver: Any) -> bool:
+    """Whether the picture or the page that is open has something to be seen."""
+    from selenium.webdriver.support.wait import WebDriverWait
+
+    picture = "return [...document.querySelectorAll('#app img')].some((each) => each.naturalWidth)"
+    frames = driver.find_elements("css selector", "#app iframe")
+    if not frames:
+        return bool(WebDriverWait(driver, 20).until(lambda it: it.execute_script(picture)))
+    driver.switch_to.frame(frames[0])
+    try:
+        text = WebDriverWait(driver, 20).until(
+            lambda it: it.find_element("css selector", "body").text
+        )
+        return "<table" in driver.page_source and len(text) > 200
+    finally:
+        driver.switch_to.default_content()
+
+
+@pytest.mark.browser
+def test_the_statistics_and_the_rules_are_drawn(driver: Any) -> None:
+    from selenium.webdriver.support.wait import WebDriverWait
+
+    for content, place in (
+        ("stats", "#runtimes"),
+        ("stats", "#timeline"),
+        ("rulegraph", "#rulegraph"),
+    ):
+        driver.execute_script("app.setView({content: arguments[0]})", content)
+        WebDriverWait(driver, 20).until(
+            lambda it, where=place: it.find_elements("css selector", f"{where} canvas, {where} svg")
+        )
+    assert complaints(driver) == []
+
+
+def test_the_report_of_a_scenario_that_is_not_finished_says_what_is_missing(
+    project: Path, tmp_path: Path
+) -> None:
+    folder = tmp_path / "project"
+    shutil.copytree(project, folder)
+    results = folder / "results" / "tiny"
+    (sheared,) = (results / "shear").glob("*.nc")
+    for path in (sheared, results / "fits.nc", results / "figures" / "fig5.png"):
+        path.unlink()
+    failure = {"error": "NumericalError", "message": "film & <thickness> at step 7"}
+    record = failure_path(results / "shear" / CHECKPOINTS, sheared.stem)
+    record.write_text(json.dumps(failure))
+    shutil.rmtree(folder / STUDIED)
+    page = first_page(written(folder))
+    for words in (
+        "1 run of a stage",
+        f"<td>{sheared.stem}</td><td>failed</td>",
+        "NumericalError: film &amp; &lt;thickness&gt; at step 7",
+        "<li>fits.nc</li><li>figures/fig5.png</li>",
+        "this folder has no results/published/numerics",
+    ):
+        assert words in page, words
+    assert "Nothing" not in page
+
+
+def test_the_report_of_nothing_is_a_list_of_what_is_missing(tmp_path: Path) -> None:
+    folder = copy_project(tmp_path / "project")
+    (folder / "config" / "tiny.yaml").write_text(TINY)
+    page = first_page(written(folder))
+    assert "4 runs of a stage" in page
+    assert not (folder / "results").exists()
