@@ -126,7 +126,7 @@ def _write_rheometer_table(
     path = file_named(Path(target), f"{FLOW_CURVE}{DATASET}")
     given = {name: choice for name, choice in choices.items() if choice is not None}
     table = rheometer_table(read_dataset(path, stage=FLOW_CURVE), laboratory, **given)
-    for note in table.left_out:
+    for note in table.remarks:
         print(note, file=sys.stderr)
     if csv is None:
         table.write(sys.stdout)

@@ -7,7 +7,7 @@ numbers come from is written beside the table, see `metadata`.
 
 import csv
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TextIO
@@ -16,6 +16,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from softslip.analysis.fits import FITTED, herschel_bulkley
 from softslip.analysis.fits.points import DRIVES, with_stress
 from softslip.analysis.observables import mean_over_seeds
 from softslip.analysis.observables.steady import FLAGS
@@ -80,14 +81,14 @@ class RheometerTable:
         A line for each thing that it was made from.
     columns
         All of one length.
-    left_out
-        A sentence for each reason for which points are not in it.
+    remarks
+        A sentence for each reason for which points are not in it, and on the errors of stresses.
     """
 
     title: str
     sources: tuple[str, ...]
     columns: tuple[LabColumn, ...]
-    left_out: tuple[str, ...]
+    remarks: tuple[str, ...]
 
     def write(self, file: TextIO) -> int:
         """Write the table as CSV; return the number of its rows."""
@@ -122,7 +123,7 @@ class RheometerTable:
             "url": name,
             "dc:title": self.title,
             "dc:source": list(self.sources),
-            "dc:description": list(self.left_out),
+            "dc:description": list(self.remarks),
             "tableSchema": {
                 "columns": [
                     {
@@ -155,8 +156,10 @@ def rheometer_table(
     knows of that, or whose shear rate is not above 0, as they take its logarithm.
 
     ``shear_stress_std`` is the standard error of the stress: its own where the rate of the walls
-    was imposed, and that of the rate, carried over to the stress by the slope of the flow curve
-    (`carried_error`). Programs that fit stresses then weight points by what is known of them.
+    was imposed, and that of the rate, carried over by the slope of the flow curve. The slope is
+    that of the law fitted to the bulk (`law_slope`), or where there is none, as for the rate of the
+    walls, that between neighbours (`neighbours_slope`). Programs that fit stresses then weight
+    points by what is known of them.
 
     Parameters
     ----------
@@ -185,7 +188,7 @@ def rheometer_table(
             raise ConfigError(key, brief(value), limit, remedy)
     scenario = json.loads(flow_curve.attrs["parameters"])
     units = LabUnits.of(scenario, measured)
-    points, left_out = _points(with_stress(mean_over_seeds(flow_curve)), rate, where)
+    points, remarks = _points(with_stress(mean_over_seeds(flow_curve)), rate, where)
     name = str(flow_curve.attrs.get("run", ""))
     known = ", ".join(f"{key} {value:g}" for key, value in measured.items() if value is not None)
     return RheometerTable(
@@ -196,7 +199,7 @@ def rheometer_table(
             f"stress {units.stress!r} Pa, from {known} (Pa s, N/m, µm)",
         ),
         columns=tuple(_converted(column, units, LAYOUTS[layout]) for column in points),
-        left_out=left_out,
+        remarks=remarks,
     )
 
 
@@ -206,15 +209,37 @@ def _converted(column: LabColumn, units: LabUnits, names: Mapping[str, str]) -> 
     return LabColumn(names.get(column.name, column.name), unit, column.meaning, values)
 
 
-def carried_error(stress: FloatArray, rate: FloatArray, rate_error: FloatArray) -> FloatArray:
-    """Return errors of rates as those of the stresses at them: σ |d ln σ/d ln γ̇| δγ̇/γ̇.
+def law_slope(fit: xr.Dataset, points: pd.DataFrame) -> FloatArray | None:
+    """Return dσ/dγ̇ = n k γ̇^(n−1) of the law fitted to the bulk at the rates of some points.
+
+    Parameters
+    ----------
+    fit
+        From `analysis.fits.herschel_bulkley`; the law is that of all roughnesses together.
+    points
+        Of one of its curves.
+
+    Returns
+    -------
+    numpy.ndarray or None
+        None where the points determine no law.
+    """
+    at = {str(dim): points[dim].iloc[0] for dim in fit["pooled_fit_message"].dims}
+    here = fit.sel(at)
+    if here["pooled_fit_message"].item() != FITTED:
+        return None
+    consistency, index = float(here["pooled_consistency"]), float(here["pooled_flow_index"])
+    rate = points[RATES["bulk"]].to_numpy()
+    return np.asarray(index * consistency * rate ** (index - 1))
+
+
+def neighbours_slope(stress: FloatArray, rate: FloatArray) -> FloatArray:
+    """Return dσ/dγ̇ at the points of a flow curve, from its neighbours in logarithms.
 
     Parameters
     ----------
     stress, rate
-        Of a flow curve, both positive and sorted by the stress, shape (points,).
-    rate_error
-        Of the rates, shape (points,).
+        Both positive and sorted by the stress, shape (points,).
 
     Returns
     -------
@@ -224,9 +249,8 @@ def carried_error(stress: FloatArray, rate: FloatArray, rate_error: FloatArray) 
     if len(stress) < 2:
         return np.full_like(stress, np.nan)
     with np.errstate(divide="ignore", invalid="ignore"):
-        slope = np.gradient(np.log(stress), np.log(rate))
-        carried = stress * np.abs(slope) * rate_error / rate
-    return np.where(np.isfinite(carried), carried, np.nan)
+        slope = np.abs(np.gradient(np.log(stress), np.log(rate))) * stress / rate
+    return np.where(np.isfinite(slope), slope, np.nan)
 
 
 def _points(
@@ -239,9 +263,10 @@ def _points(
         raise DatasetError("the flow curve has a single point; sweep rheometer.stress")
     kept, left_out = _kept(_rows(curve, name, dims), name, where, dims)
     curves = [group for _, group in kept.groupby(others, dropna=False)] if others else [kept]
-    carried = [carried_error(*_columns(each, "stress", name, f"{name}_error")) for each in curves]
+    slopes, remark = _slopes(curve, curves, rate)
     kept = pd.concat(curves, ignore_index=True)
-    spread = np.hypot(kept["stress_error"].to_numpy(), np.concatenate(carried))
+    carried = np.concatenate(slopes) * kept[f"{name}_error"].to_numpy()
+    spread = np.hypot(kept["stress_error"].to_numpy(), carried)
     unit = {key: str(curve[key].attrs.get("units", "1")) for key in (name, "stress", *others)}
     slip = str(curve["slip_velocity"].attrs["units"])
     columns = (
@@ -268,11 +293,26 @@ def _points(
             for dim in others
         ),
     )
-    return columns, left_out
+    return columns, (*left_out, remark)
 
 
-def _columns(points: pd.DataFrame, *names: str) -> Iterator[FloatArray]:
-    yield from (points[name].to_numpy(dtype=np.float64) for name in names)
+def _slopes(
+    curve: xr.Dataset, curves: Sequence[pd.DataFrame], rate: str
+) -> tuple[list[FloatArray], str]:
+    """Return the slopes of each curve at its points, and a sentence on where they come from."""
+    if rate == "bulk":
+        fit = herschel_bulkley(curve)
+        laws = [slope for each in curves if (slope := law_slope(fit, each)) is not None]
+        if len(laws) == len(curves):
+            return laws, _carried_by("the fitted Herschel-Bulkley law")
+    found = [
+        neighbours_slope(each["stress"].to_numpy(), each[RATES[rate]].to_numpy()) for each in curves
+    ]
+    return found, _carried_by("the slope between neighbouring points, as no law is fitted to them")
+
+
+def _carried_by(slope: str) -> str:
+    return f"shear_stress_std: errors of shear rates are carried over to stresses by {slope}"
 
 
 def _rows(curve: xr.Dataset, name: str, dims: Sequence[str]) -> pd.DataFrame:
