@@ -85,7 +85,7 @@ test: check ## run the checks and the fast tests
 	@$(BIN)/pytest --numprocesses $(CORES)
 
 test-slurm: env slurm ## run the workflow on a cluster of one machine, with trouble (½ h, 2 cores, as root)
-	@$(BIN)/pytest tests/slurm -m slurm
+	@SOFTSLIP_SLURM=results/slurm.json $(BIN)/pytest tests/slurm -m slurm
 
 reliability: env ## kill, fill and damage what runs depend on, at full size (½ h, 1 core)
 	@SOFTSLIP_RELIABILITY=results/reliability.json $(BIN)/pytest tests/reliability -m reliability

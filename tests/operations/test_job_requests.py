@@ -4,9 +4,11 @@ from pathlib import Path
 
 import pytest
 import runs_synthetic
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 from plans_synthetic import leave
+from projects import ROOT
 from runs_synthetic import Work
 
 from softslip.config.parameters import Parameters
@@ -138,3 +140,15 @@ def test_memory_grows_with_nodes_and_mesh_and_doubles_once(scenario: Scenario, w
     memory = [stage_memory("shear", each) for each in (coarse, fine, mesh)]
     assert memory == sorted(memory)
     assert stage_memory("packing", fine) == stage_memory("packing", coarse)
+
+
+def test_the_profile_for_slurm_names_the_stages_that_resume() -> None:
+    profile = yaml.safe_load((ROOT / "profiles" / "slurm" / "config.yaml").read_text())
+    assert tuple(profile["preemptible-rules"]) == WITH_CHECKPOINTS
+    assert tuple(profile["set-resources"]) == WITH_CHECKPOINTS
+    for resources in profile["set-resources"].values():
+        warning = int(resources["slurm_extra"].strip("'").removeprefix("--signal=TERM@"))
+        # The controller looks every half minute.
+        assert warning + 30 == STOPPING
+    grouped = [entry.partition("=")[0] for entry in profile["groups"]]
+    assert {*grouped, *WITH_CHECKPOINTS} == set(STAGES)
