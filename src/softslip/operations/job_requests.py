@@ -30,6 +30,10 @@ STARTING = 20.0
 """Seconds from the start of a job until its run begins to work: two Snakemakes, one in the job and
 one in its step, read the workflow, each for 2 to 8 s."""
 
+LEAST = 300.0
+"""Least seconds to ask for where a run that is interrupted begins again: a slow file system or a busy
+node may take minutes for what takes seconds, and all of it would be lost."""
+
 STOPPING = 90.0
 """Seconds of a time limit in which a run does not work any more: it is told to stop 60 s before the
 end (profiles/slurm), and Slurm's controller, which looks every 30 s, does so up to 30 s early."""
@@ -99,7 +103,7 @@ class JobRequests:
         seconds = MARGIN * self.seconds_left(stage, run)
         if stage in WITH_CHECKPOINTS:
             return math.ceil((STARTING + seconds + STOPPING) / 60)
-        return math.ceil((STARTING + seconds) * attempt / 60)
+        return math.ceil(max(STARTING + seconds, LEAST) * attempt / 60)
 
     def megabytes(self, stage: str, run: str, attempt: int = 1) -> int:
         """Return the memory of a job [MB].
