@@ -41,14 +41,14 @@ WANTED = ("results/small/fits.nc", "results/small/figures/fig5.png")
 CI = (Path(__file__).parents[2] / "config" / "ci.yaml").read_text()
 
 LONG = """\
-description: Two runs of some minutes; their numbers mean nothing.
+description: Two runs of a minute or two; their numbers mean nothing.
 base:
-  fidelity: preview
+  fidelity: standard
   channel: {length: 0.0625, height: 0.09375, outer_gap: 0.0078125}
-  time_stepping: {ageing_time: 2, shear_time: 5000}
+  time_stepping: {ageing_time: 2, shear_time: 2000}
   recording: {snapshots: []}
 axes:
-  rheometer.stress: [0.15, 0.5]
+  rheometer.stress: [0.3, 0.5]
 """
 
 SHORT_OF_TIME = (

@@ -31,8 +31,8 @@ STARTING = 20.0
 one in its step, read the workflow, each for 2 to 8 s."""
 
 LEAST = 300.0
-"""Least seconds to ask for where a run that is interrupted begins again: a slow file system or a busy
-node may take minutes for what takes seconds, and all of it would be lost."""
+"""Least seconds to ask for where an interrupted run begins again: a slow file system or a busy node
+may take minutes for what takes seconds, and all of it would be lost."""
 
 STOPPING = 90.0
 """Seconds of a time limit in which a run does not work any more: it is told to stop 60 s before the
