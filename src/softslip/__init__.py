@@ -4,10 +4,10 @@ __version__ = "0.1.0"
 
 
 _PUBLIC = {
-    "open_results": ("softslip.provenance.catalogue.opening",),
-    "shear": ("softslip.workbench.run_chain", "softslip.workbench.accessor"),
+    "open_results": "softslip.provenance.catalogue.opening",
+    "shear": "softslip.workbench.run_chain",
 }
-"""What can be asked for, and the modules to import then: its own, and what its results need."""
+"""What can be asked for, and the module of each; their datasets have an accessor besides."""
 
 
 def __getattr__(name: str) -> object:
@@ -19,8 +19,8 @@ def __getattr__(name: str) -> object:
     if name in _PUBLIC:
         import importlib
 
-        own, *_ = (importlib.import_module(module) for module in _PUBLIC[name])
-        return getattr(own, name)
+        importlib.import_module("softslip.workbench.accessor")
+        return getattr(importlib.import_module(_PUBLIC[name]), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -119,3 +119,13 @@ def test_silence_is_silent(capsys: pytest.CaptureFixture[str]) -> None:
     with progress.silent_report("shear") as report:
         report(1, 1, 1.0)
     assert capsys.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("notebook", [False, True])
+def test_words_are_no_errors_in_a_notebook(
+    notebook: bool, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    console = Console(force_jupyter=notebook)
+    monkeypatch.setattr(progress, "Console", lambda **_: console)
+    progress.tell("a word")
+    assert capsys.readouterr() == (("a word\n", "") if notebook else ("", "a word\n"))

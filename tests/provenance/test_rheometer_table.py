@@ -22,9 +22,9 @@ from softslip.provenance.attribution import Job
 from softslip.provenance.export.lab_units import LabUnits
 from softslip.provenance.export.rheometer_table import (
     METADATA,
-    neighbours_slope,
     rheometer_table,
 )
+from softslip.provenance.export.stress_errors import smooth_slope
 
 LABORATORY = {"viscosity": 1e-3, "elastic-constant": 1e-2, "radius": 1.5}
 OPTIONS = [word for name, value in LABORATORY.items() for word in (f"--{name}", str(value))]
@@ -125,25 +125,33 @@ def test_errors_of_rates_become_those_of_stresses_by_the_slope_of_the_law(curve,
     assert "Herschel-Bulkley" in table.remarks[-1]
 
 
-def test_without_a_law_the_slope_is_that_of_the_neighbours(curve):
+def test_without_a_law_the_slope_is_that_of_a_smooth_curve(curve):
     few = curve.isel(stress=slice(5, 8), roughness=0)
     table = rheometer_table(few, LABORATORY)
-    assert "neighbouring points" in table.remarks[-1]
-    law, neighbours = (read(rheometer_table(each, LABORATORY)) for each in (curve, few))
-    law = law[(law["roughness"] == 0.0) & (law["shear_stress"] >= neighbours["shear_stress"].min())]
-    ratio = neighbours["shear_stress_std"].to_numpy() / law["shear_stress_std"].to_numpy()
+    assert "a smooth curve" in table.remarks[-1]
+    law, smooth = (read(rheometer_table(each, LABORATORY)) for each in (curve, few))
+    law = law[(law["roughness"] == 0.0) & (law["shear_stress"] >= smooth["shear_stress"].min())]
+    ratio = smooth["shear_stress_std"].to_numpy() / law["shear_stress_std"].to_numpy()
     assert (np.abs(ratio - 1) < 0.2).all(), ratio
 
 
-def test_the_slope_of_neighbours_is_that_of_a_smooth_curve():
-    rate = np.geomspace(1e-3, 1.0, 30)
-    stress = flow_law(rate, 0.05, 0.4, 0.5)
-    slope = 0.5 * 0.4 * rate**-0.5
-    np.testing.assert_allclose(neighbours_slope(stress, rate)[1:-1], slope[1:-1], rtol=0.02)
+@pytest.mark.parametrize("noise", [0.0, 0.1])
+def test_a_smooth_curve_has_the_slope_of_the_law_in_spite_of_noise(noise):
+    random = np.random.default_rng(5)
+    true = np.geomspace(1e-3, 1.0, 10)
+    stress = flow_law(true, 0.05, 0.4, 0.5)
+    rate = true * np.exp(noise * random.standard_normal(true.size))
+    slope = smooth_slope(stress, rate, 0.1 * rate)
+    ratio = slope / (0.5 * 0.4 * true**-0.5)
+    assert ratio.min() > 0.6, ratio
+    assert ratio.max() < 1.6, ratio
 
 
-def test_a_single_point_has_no_slope():
-    assert np.isnan(neighbours_slope(np.array([0.1]), np.array([1.0]))).all()
+@pytest.mark.parametrize(
+    ("stress", "rate"), [([0.1], [1.0]), ([0.1, 0.2], [2.0, 1.0]), ([0.1, 0.2], [1.0, 1.0])]
+)
+def test_points_that_do_not_rise_have_no_slope(stress, rate):
+    assert np.isnan(smooth_slope(*map(np.array, (stress, rate, rate)))).all()
 
 
 def test_points_that_are_not_steady_or_do_not_flow_are_left_out_and_counted(curve):

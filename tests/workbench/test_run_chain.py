@@ -94,6 +94,13 @@ def test_another_stress_reuses_all_but_the_shear(
     assert "wrote" not in said
 
 
+def test_a_rate_can_be_imposed(scenario: str, folder: Path) -> None:
+    drive = {"mode": "rate", "stress": None, "shear_rate": 0.05}
+    run = ss.shear(Path(scenario), folder=folder, progress=False, **drive)
+    assert abs(run["shear_rate_wall"].values - 0.05).max() < 1e-9
+    assert "rate 0.05" in repr(run.softslip)
+
+
 def test_progress_can_be_silent(
     scenario: str, folder: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -189,6 +196,19 @@ print([name for name in ("shear", "open_results") if name not in dir(softslip)])
 def test_importing_the_package_imports_nothing_else() -> None:
     done = subprocess.run([sys.executable, "-c", IMPORTED], capture_output=True, text=True)
     assert done.stdout.splitlines() == ["[] []", "[]"], done.stdout + done.stderr
+
+
+REGISTERED = """
+import sys, softslip
+softslip.open_results
+import xarray
+print(hasattr(xarray.Dataset(), "softslip"), "matplotlib" in sys.modules)
+"""
+
+
+def test_runs_that_are_opened_have_the_accessor_and_wait_for_nothing_that_draws() -> None:
+    done = subprocess.run([sys.executable, "-c", REGISTERED], capture_output=True, text=True)
+    assert done.stdout.split() == ["True", "False"], done.stdout + done.stderr
 
 
 def test_a_name_that_does_not_exist_is_missing() -> None:

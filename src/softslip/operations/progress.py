@@ -65,6 +65,12 @@ def progress_report(stage: str) -> Iterator[Report]:
     yield log
 
 
+def tell(sentence: str) -> None:
+    """Say something on standard error; in a notebook, where that is for errors, in the output."""
+    stream = sys.stdout if Console().is_jupyter else sys.stderr
+    print(sentence, file=stream, flush=True)
+
+
 @contextmanager
 def silent_report(stage: str) -> Iterator[Report]:
     """Yield a function that shows nothing."""

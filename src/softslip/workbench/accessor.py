@@ -1,23 +1,23 @@
-"""The accessor ``softslip`` of xarray: what can be asked of the dataset of a run."""
+"""The accessor ``softslip`` of xarray: what can be asked of the dataset of a run.
+
+It is registered with whatever returns datasets of runs, which must not wait for what draws.
+"""
 
 import html
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
-from matplotlib.figure import Figure
 
-from softslip.analysis.figures.membranes import snapshot
-from softslip.analysis.figures.single_run import creep_curve, velocity_profile
-from softslip.analysis.observables import parameters_of
-from softslip.analysis.observables.steady import FLAGS, VERDICT_NAMES
-from softslip.analysis.observables.tables import flow_curve
 from softslip.config.parameters import Parameters
 from softslip.config.stages import STAGES
 from softslip.errors import DatasetError
 from softslip.messages import brief
 from softslip.provenance.attribution import read_provenance
-from softslip.workbench.notebook_figures import show_figures
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 CARD = "<table><caption>{caption}</caption>{rows}</table>"
 
@@ -34,7 +34,6 @@ class RunAccessor:
 
     def __init__(self, run: xr.Dataset) -> None:
         self._run = run
-        show_figures()
 
     @property
     def _sheared(self) -> xr.Dataset:
@@ -56,6 +55,8 @@ class RunAccessor:
     @property
     def parameters(self) -> Parameters:
         """All parameters that the run depends on, by groups: ``parameters.rheometer.stress``."""
+        from softslip.analysis.observables import parameters_of
+
         return parameters_of(self._sheared)
 
     def averages(self) -> xr.Dataset:
@@ -63,17 +64,23 @@ class RunAccessor:
 
         See `analysis.observables.tables.flow_curve`.
         """
+        from softslip.analysis.observables.tables import flow_curve
+
         return flow_curve([({}, self._sheared)])
 
-    def creep(self) -> Figure:
+    def creep(self) -> "Figure":
         """Draw shear rates and slip velocity in time; see `creep_curve`."""
-        return creep_curve(self._sheared)
+        from softslip.analysis.figures.single_run import creep_curve
 
-    def profile(self) -> Figure:
+        return shown(creep_curve(self._sheared))
+
+    def profile(self) -> "Figure":
         """Draw the mean velocity profile; see `velocity_profile`."""
-        return velocity_profile(self._sheared)
+        from softslip.analysis.figures.single_run import velocity_profile
 
-    def snapshot(self, time: float | None = None) -> Figure:
+        return shown(velocity_profile(self._sheared))
+
+    def snapshot(self, time: float | None = None) -> "Figure":
         """Draw particles, walls and non-affine flow at the snapshot nearest to a time.
 
         Parameters
@@ -86,7 +93,9 @@ class RunAccessor:
         DatasetError
             When the run kept no snapshots: ask for times in ``recording.snapshots``.
         """
-        return snapshot(self._sheared, time=time)
+        from softslip.analysis.figures.membranes import snapshot
+
+        return shown(snapshot(self._sheared, time=time))
 
     def __repr__(self) -> str:
         """Return the averages, a line each."""
@@ -106,6 +115,8 @@ class RunAccessor:
 
     def _lines(self) -> Iterator[tuple[str, str]]:
         """Yield what the run is, what came of it, and where it is from, in words."""
+        from softslip.analysis.observables.steady import FLAGS, VERDICT_NAMES
+
         run, given = self._sheared, self.parameters
         drive = given.rheometer
         yield "imposed", _drive(drive.stress, drive.shear_rate)
@@ -129,6 +140,14 @@ class RunAccessor:
             yield "yielding_time", f"{float(yielding):.4g} ± {error:.2g} {yielding.attrs['units']}"
         made = read_provenance(run.attrs)
         yield "made", f"by commit {made.get('commit', '?')}, {made.get('ended', '?')}"
+
+
+def shown(figure: "Figure") -> "Figure":
+    """Return a figure that a notebook shows, where there is one."""
+    from softslip.workbench.notebook_figures import show_figures
+
+    show_figures()
+    return figure
 
 
 def _drive(stress: float | None, rate: float | None) -> str:

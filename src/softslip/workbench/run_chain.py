@@ -1,6 +1,5 @@
 """A run from its packing to its shear: what is missing is computed, the rest is reused."""
 
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,7 @@ from softslip.files.storage import read_dataset
 from softslip.messages import counted, duration, file_text
 from softslip.operations.failures import failure_path, read_failure
 from softslip.operations.planning import make_plan
-from softslip.operations.progress import progress_report, silent_report
+from softslip.operations.progress import progress_report, silent_report, tell
 from softslip.operations.schedule import Plan, PlannedRun
 from softslip.workbench.arguments import single_run
 from softslip.workbench.stage_process import run_command
@@ -27,7 +26,7 @@ THREADED = ("ageing", "shear")
 
 
 def shear(
-    scenario: str | None = None,
+    scenario: str | Path | None = None,
     /,
     *,
     folder: str | Path = FOLDER,
@@ -79,18 +78,18 @@ def shear(
     >>> run = ss.shear("demo", stress=0.3, roughness=0.59)  # doctest: +SKIP
     >>> run.softslip.creep()  # doctest: +SKIP
     """
-    meant = single_run(scenario, parameters)
+    meant = single_run(None if scenario is None else str(scenario), parameters)
     place = Path(folder)
     plan = make_plan(meant, place)
     if progress and plan.core_seconds:
-        print(_announced(plan, place), file=sys.stderr, flush=True)
+        tell(_announced(plan, place))
     heard = set[str]()
     for run in plan.runs:
         if run.is_open:
             row = meant.stage_table(run.stage)[run.run]
             for line in _computed(row, meant, place, threads, progress):
                 if line not in heard:
-                    print(line, file=sys.stderr)
+                    tell(line)
                 heard.add(line)
     row = _last(meant)
     return read_dataset(_output(place, row.stage, row.id), stage=row.stage, run=row.id)

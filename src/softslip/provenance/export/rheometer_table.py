@@ -16,7 +16,6 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from softslip.analysis.fits import FITTED, herschel_bulkley
 from softslip.analysis.fits.points import DRIVES, with_stress
 from softslip.analysis.observables import mean_over_seeds
 from softslip.analysis.observables.steady import FLAGS
@@ -27,8 +26,9 @@ from softslip.messages import brief, counted
 from softslip.provenance.catalogue.conditions import parse
 from softslip.provenance.export.csv_file import cells
 from softslip.provenance.export.lab_units import LabUnits
+from softslip.provenance.export.stress_errors import BULK, carried_errors
 
-RATES = {"bulk": "shear_rate_bulk", "wall": "shear_rate_wall"}
+RATES = {"bulk": BULK, "wall": "shear_rate_wall"}
 """Shear rates of the flow curve: the true one, and the apparent one of a rheometer with slip."""
 
 LAYOUTS: Mapping[str, Mapping[str, str]] = {
@@ -45,8 +45,6 @@ WORDS = {"bulk": "shear rate of the bulk", "wall": "apparent shear rate, of the 
 """What these are called in a table's description."""
 
 _SLIP = ("slip_velocity", "slip_velocity_error")
-
-FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 
 
 @dataclass(frozen=True)
@@ -156,10 +154,8 @@ def rheometer_table(
     knows of that, or whose shear rate is not above 0, as they take its logarithm.
 
     ``shear_stress_std`` is the standard error of the stress: its own where the rate of the walls
-    was imposed, and that of the rate, carried over by the slope of the flow curve. The slope is
-    that of the law fitted to the bulk (`law_slope`), or where there is none, as for the rate of the
-    walls, that between neighbours (`neighbours_slope`). Programs that fit stresses then weight
-    points by what is known of them.
+    was imposed, together with that of the rate (`carried_errors`). Programs that fit stresses then
+    weight points by what is known of them.
 
     Parameters
     ----------
@@ -209,50 +205,6 @@ def _converted(column: LabColumn, units: LabUnits, names: Mapping[str, str]) -> 
     return LabColumn(names.get(column.name, column.name), unit, column.meaning, values)
 
 
-def law_slope(fit: xr.Dataset, points: pd.DataFrame) -> FloatArray | None:
-    """Return dσ/dγ̇ = n k γ̇^(n−1) of the law fitted to the bulk at the rates of some points.
-
-    Parameters
-    ----------
-    fit
-        From `analysis.fits.herschel_bulkley`; the law is that of all roughnesses together.
-    points
-        Of one of its curves.
-
-    Returns
-    -------
-    numpy.ndarray or None
-        None where the points determine no law.
-    """
-    at = {str(dim): points[dim].iloc[0] for dim in fit["pooled_fit_message"].dims}
-    here = fit.sel(at)
-    if here["pooled_fit_message"].item() != FITTED:
-        return None
-    consistency, index = float(here["pooled_consistency"]), float(here["pooled_flow_index"])
-    rate = points[RATES["bulk"]].to_numpy()
-    return np.asarray(index * consistency * rate ** (index - 1))
-
-
-def neighbours_slope(stress: FloatArray, rate: FloatArray) -> FloatArray:
-    """Return dσ/dγ̇ at the points of a flow curve, from its neighbours in logarithms.
-
-    Parameters
-    ----------
-    stress, rate
-        Both positive and sorted by the stress, shape (points,).
-
-    Returns
-    -------
-    numpy.ndarray
-        NaN where a point has no slope: a single one, or several at one rate.
-    """
-    if len(stress) < 2:
-        return np.full_like(stress, np.nan)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        slope = np.abs(np.gradient(np.log(stress), np.log(rate))) * stress / rate
-    return np.where(np.isfinite(slope), slope, np.nan)
-
-
 def _points(
     curve: xr.Dataset, rate: str, where: str
 ) -> tuple[tuple[LabColumn, ...], tuple[str, ...]]:
@@ -263,9 +215,8 @@ def _points(
         raise DatasetError("the flow curve has a single point; sweep rheometer.stress")
     kept, left_out = _kept(_rows(curve, name, dims), name, where, dims)
     curves = [group for _, group in kept.groupby(others, dropna=False)] if others else [kept]
-    slopes, remark = _slopes(curve, curves, rate)
+    carried, remark = carried_errors(curve, curves, name)
     kept = pd.concat(curves, ignore_index=True)
-    carried = np.concatenate(slopes) * kept[f"{name}_error"].to_numpy()
     spread = np.hypot(kept["stress_error"].to_numpy(), carried)
     unit = {key: str(curve[key].attrs.get("units", "1")) for key in (name, "stress", *others)}
     slip = str(curve["slip_velocity"].attrs["units"])
@@ -294,25 +245,6 @@ def _points(
         ),
     )
     return columns, (*left_out, remark)
-
-
-def _slopes(
-    curve: xr.Dataset, curves: Sequence[pd.DataFrame], rate: str
-) -> tuple[list[FloatArray], str]:
-    """Return the slopes of each curve at its points, and a sentence on where they come from."""
-    if rate == "bulk":
-        fit = herschel_bulkley(curve)
-        laws = [slope for each in curves if (slope := law_slope(fit, each)) is not None]
-        if len(laws) == len(curves):
-            return laws, _carried_by("the fitted Herschel-Bulkley law")
-    found = [
-        neighbours_slope(each["stress"].to_numpy(), each[RATES[rate]].to_numpy()) for each in curves
-    ]
-    return found, _carried_by("the slope between neighbouring points, as no law is fitted to them")
-
-
-def _carried_by(slope: str) -> str:
-    return f"shear_stress_std: errors of shear rates are carried over to stresses by {slope}"
 
 
 def _rows(curve: xr.Dataset, name: str, dims: Sequence[str]) -> pd.DataFrame:
