@@ -1,5 +1,6 @@
 """What a batch system is asked for fits what runs take, and what their checkpoints say is left."""
 
+import math
 from pathlib import Path
 
 import pytest
@@ -48,8 +49,8 @@ class Fixed(JobRequests):
 
     left = 0.0
 
-    def __init__(self, left: float) -> None:
-        self.left = left
+    def __init__(self, left: float, longest: float = math.inf) -> None:
+        self.left, self._longest = left, longest
 
     def seconds_left(self, stage: str, run: str) -> float:
         return self.left
@@ -71,6 +72,14 @@ def test_time_is_at_most_half_as_much_again_if_estimates_are_right_within_the_ma
 ) -> None:
     requested = 60 * Fixed(used * error).minutes(stage, "run")
     assert used <= requested <= SLACK * used + STARTING + STOPPING + 60
+
+
+@given(st.floats(0.0, 1e7), st.integers(2, 10_000), st.sampled_from(STAGES), st.integers(1, 4))
+def test_no_job_is_asked_to_exceed_the_longest(
+    left: float, longest: int, stage: str, attempt: int
+) -> None:
+    limit = Fixed(left, longest).minutes(stage, "run", attempt)
+    assert limit == min(Fixed(left).minutes(stage, "run", attempt), longest)
 
 
 def test_without_results_estimates_are_those_of_plans(scenario: Scenario, work: Work) -> None:

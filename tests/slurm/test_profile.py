@@ -51,12 +51,8 @@ axes:
   rheometer.stress: [0.3, 0.5]
 """
 
-SHORT_OF_TIME = (
-    "ageing:runtime=2",
-    "shear:runtime=2",
-    *(f"{stage}:slurm_extra='--signal=TERM@30'" for stage in STAGES[2:]),
-)
-"""Two minutes, of which the controller leaves 60 to 90 s before it sends the signal."""
+LONGEST = 3
+"""Minutes of a job, of which the run is at work until 60 to 90 s before the end."""
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +83,7 @@ class Project:
     def start(self, *words: str) -> subprocess.Popen[bytes]:
         """Start Snakemake; what it says goes to `said`."""
         command = [sys.executable, Path(__file__).with_name("impatient.py")]
-        settings = ["--config", "scenario=small", f"checkpoint={INTERVAL}"]
+        settings = ["--config", "scenario=small", f"checkpoint={INTERVAL}", f"longest={LONGEST}"]
         with (self.folder / "said").open("wb") as log:
             return subprocess.Popen(
                 [*command, *settings, *words],
@@ -269,7 +265,7 @@ def test_an_unlucky_workflow_ends_unattended_with_the_same(
     local = Project(tmp_path / "local", LONG)
     local.finish("--cores", "2", *WANTED)
     project = Project(tmp_path / "cluster", LONG)
-    process = project.start(*through_slurm("--set-resources", *SHORT_OF_TIME, "--", *WANTED))
+    process = project.start(*through_slurm(*WANTED))
     watch, trouble = Watch(project), Trouble(cluster)
     while process.poll() is None:
         watch.look()

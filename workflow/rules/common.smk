@@ -44,12 +44,13 @@ if os.path.isfile("config/config.yaml"):
     configfile: "config/config.yaml"
 
 
-unknown = sorted(set(config) - {"scenario", "numerics", "checkpoint"})
+unknown = sorted(set(config) - {"scenario", "numerics", "checkpoint", "longest"})
 if unknown:
     raise WorkflowError(
         f"--config {unknown[0]}: is no setting of this workflow; put parameters into a "
         "scenario file and choose it with --config scenario=NAME, or a study of the numerics with "
-        "--config numerics=NAME; the seconds between two checkpoints are --config checkpoint=60"
+        "--config numerics=NAME; the seconds between two checkpoints are --config checkpoint=60, "
+        "the minutes of the longest job on a cluster --config longest=1440"
     )
 
 # Snakemake keeps the last of several --config, and what the others said would be lost.
@@ -78,6 +79,14 @@ if (
     raise WorkflowError(
         f"--config checkpoint={CHECKPOINT_INTERVAL}: is not a number of seconds from 0 on; "
         "leave it out for the default, 60"
+    )
+
+# Minutes that the longest job of a batch system may take.
+LONGEST = config.get("longest", float("inf"))
+if not isinstance(LONGEST, int | float) or isinstance(LONGEST, bool) or not LONGEST >= 2:
+    raise WorkflowError(
+        f"--config longest={LONGEST}: is not a number of minutes from 2 on; leave it out where jobs "
+        "may be as long as they need"
     )
 
 # A run that ends without a result is started once more, and resumes. Not so within a job of a batch
@@ -205,7 +214,7 @@ def priority_of(stage):
 
 @cache
 def requests(corrected):
-    return JobRequests(SCENARIO, PLACE, corrected)
+    return JobRequests(SCENARIO, PLACE, corrected, LONGEST)
 
 
 def requests_of_jobs():

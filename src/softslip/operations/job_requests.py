@@ -69,10 +69,19 @@ class JobRequests:
         Folder of the scenario's results.
     corrected
         Whether finished runs correct the estimates, for which all datasets are looked at, once.
+    longest
+        Minutes that no job is asked to exceed.
     """
 
-    def __init__(self, scenario: Scenario, results: Path, corrected: bool = True) -> None:
+    def __init__(
+        self,
+        scenario: Scenario,
+        results: Path,
+        corrected: bool = True,
+        longest: float = math.inf,
+    ) -> None:
         self._scenario, self._results, self._is_corrected = scenario, results, corrected
+        self._longest = longest
 
     @cached_property
     def _corrections(self) -> Mapping[str, Correction]:
@@ -102,8 +111,10 @@ class JobRequests:
         """
         seconds = MARGIN * self.seconds_left(stage, run)
         if stage in WITH_CHECKPOINTS:
-            return math.ceil((STARTING + seconds + STOPPING) / 60)
-        return math.ceil(max(STARTING + seconds, LEAST) * attempt / 60)
+            seconds = STARTING + seconds + STOPPING
+        else:
+            seconds = max(STARTING + seconds, LEAST) * attempt
+        return int(min(math.ceil(seconds / 60), self._longest))
 
     def megabytes(self, stage: str, run: str, attempt: int = 1) -> int:
         """Return the memory of a job [MB].
