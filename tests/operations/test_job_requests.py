@@ -19,6 +19,7 @@ from softslip.operations.costs import shipped
 from softslip.operations.job_requests import (
     LEAST,
     MARGIN,
+    MEMORY_STEP,
     SLACK,
     STARTING,
     STOPPING,
@@ -142,10 +143,19 @@ def test_what_begins_again_gets_more_time_and_what_resumes_does_not() -> None:
             assert third_time >= 3 * (first_time - 1)
 
 
-def test_memory_grows_with_nodes_and_mesh_and_doubles_once(scenario: Scenario, work: Work) -> None:
-    requests, run = JobRequests(scenario, work.results), first(scenario, "shear")
-    attempts = [requests.megabytes("shear", run, attempt) for attempt in (1, 2, 3)]
-    assert 1.9 * attempts[0] <= attempts[1] == attempts[2] <= 2 * attempts[0]
+def test_memory_grows_with_attempts_to_twice_as_much(scenario: Scenario, work: Work) -> None:
+    requests = JobRequests(scenario, work.results)
+    for stage in STAGES:
+        run = first(scenario, stage)
+        each = [requests.megabytes(stage, run, attempt) for attempt in (1, 2, 11, 12)]
+        # Within the step that requests are multiples of.
+        growth = 1.1 if stage in WITH_CHECKPOINTS else 2.0
+        assert each[1] == pytest.approx(growth * each[0], abs=2 * MEMORY_STEP)
+        assert each[0] < each[1] <= each[2] == each[3]
+        assert each[3] == pytest.approx(2 * each[0], abs=2 * MEMORY_STEP)
+
+
+def test_memory_grows_with_nodes_and_mesh() -> None:
     fine = Parameters.from_mapping({"fidelity": "preview", "hydrodynamics": {"node_spacing": 2}})
     coarse = Parameters.from_mapping({"fidelity": "preview", "hydrodynamics": {"node_spacing": 6}})
     mesh = Parameters.from_mapping({})

@@ -124,12 +124,15 @@ class JobRequests:
         stage, run
             What the job does.
         attempt
-            How often it is tried, from 1 on. From the second on it is twice as much, as it may have
-            been too little.
+            How often it is tried, from 1 on. It may have been too little: what begins again gets
+            twice as much from the second on, and what resumes a tenth more each time up to twice
+            as much, as most likely it was interrupted.
         """
         parameters = self._scenario.stage_table(stage)[run].parameters
         memory = MARGIN * stage_memory(stage, parameters) + SNAKEMAKE_MEMORY
-        return int(MEMORY_STEP * math.ceil(memory * min(attempt, 2) / MEMORY_STEP))
+        growth = 0.1 if stage in WITH_CHECKPOINTS else 1.0
+        memory *= min(1 + growth * (attempt - 1), 2)
+        return int(MEMORY_STEP * math.ceil(memory / MEMORY_STEP))
 
 
 def stage_memory(stage: str, parameters: Parameters) -> float:
