@@ -166,3 +166,7 @@ class Cluster:
     def states(self) -> set[str]:
         """Return the states of the nodes, such as 'idle' and 'down*'."""
         return set(said("sinfo", "--noheader", "--Node", "--format=%t").split())
+
+    def ends(self) -> list[str]:
+        """Return how each job has ended, such as 'CANCELLED'."""
+        return said("squeue", "--noheader", "--states=all", "--format=%T").split()

@@ -7,6 +7,7 @@ import random
 import subprocess
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -45,14 +46,14 @@ description: Two runs of a minute or two; their numbers mean nothing.
 base:
   fidelity: standard
   channel: {length: 0.0625, height: 0.09375, outer_gap: 0.0078125}
-  time_stepping: {ageing_time: 2, shear_time: 2000}
+  time_stepping: {ageing_time: 2, shear_time: 6000}
   recording: {snapshots: []}
 axes:
   rheometer.stress: [0.3, 0.5]
 """
 
-LONGEST = 3
-"""Minutes of a job, of which the run is at work until 60 to 90 s before the end."""
+LONGEST = 2
+"""Minutes of a job; its run is told to stop after 30 to 60 s, of which it takes 10 to begin."""
 
 
 @pytest.fixture(scope="module")
@@ -273,11 +274,14 @@ def test_an_unlucky_workflow_ends_unattended_with_the_same(
         time.sleep(0.5)
     assert process.returncode == 0, project.said
     assert trouble.is_over, f"{trouble.cancelled} jobs were cancelled"
+    ends = Counter(cluster.ends())
+    assert ends["CANCELLED"] == CANCELLED, ends
+    assert ends["FAILED"] + ends["TIMEOUT"], f"no job came to its limit: {ends}"
     assert project.digests() == local.digests()
     lost = [attempt.lost for attempt in watch.ended]
     if RECORD in os.environ:
         seconds = {"used": sum(attempt.used for attempt in watch.ended), "lost": sum(lost)}
-        record = {"attempts": len(lost), "cancelled": trouble.cancelled, "seconds": seconds}
+        record = {"attempts": len(lost), "jobs": ends, "seconds": seconds}
         target = Path(os.environ[RECORD])
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_text(json.dumps(record | {"each": sorted(lost)}) + "\n")
