@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 CONF = Path("/etc/slurm/slurm.conf")
@@ -118,6 +119,8 @@ class Cluster:
 
     def __exit__(self, *_: object) -> None:
         subprocess.run(["scancel", "--user=root"], check=False, capture_output=True)
+        with suppress(TimeoutError):
+            wait_until("no job runs", lambda: not said("squeue", "--noheader"))
         for daemon in reversed(self._daemons.values()):
             daemon.terminate()
         for daemon in self._daemons.values():
