@@ -13,6 +13,7 @@ from synthetic import sweep
 from typer.testing import CliRunner
 
 from softslip.analysis.fits import FITTED, flow_law, herschel_bulkley
+from softslip.analysis.observables import mean_over_seeds
 from softslip.analysis.observables.tables import flow_curve
 from softslip.cli import app
 from softslip.config.parameters import Parameters
@@ -25,19 +26,21 @@ from softslip.provenance.export.rheometer_table import (
     rheometer_table,
 )
 from softslip.provenance.export.stress_errors import smooth_slope
+from softslip.studies.coverage.made_up_curves import CURVES
 
 LABORATORY = {"viscosity": 1e-3, "elastic-constant": 1e-2, "radius": 1.5}
 OPTIONS = [word for name, value in LABORATORY.items() for word in (f"--{name}", str(value))]
-STRESSES = (0.07, 0.09, 0.12, 0.16, 0.22, 0.3, 0.4, 0.5)
 BASE = {"base": Parameters().model_dump(mode="json"), "axes": {}}
+
+
+def labelled(curve: xr.Dataset) -> xr.Dataset:
+    return curve.assign_attrs(parameters=json.dumps(BASE), run="made up", content_sha256="c" * 64)
 
 
 @pytest.fixture(scope="module")
 def curve() -> xr.Dataset:
-    """A flow curve of runs that are made up from a known law, with noise."""
-    return flow_curve(sweep(STRESSES, (0.0, 0.59))).assign_attrs(
-        parameters=json.dumps(BASE), run="made up", content_sha256="c" * 64
-    )
+    """A flow curve that is made up from a known law, with seeds that scatter."""
+    return labelled(CURVES["paper"].drawn(np.random.default_rng(2)))
 
 
 @pytest.fixture(scope="module")
@@ -59,59 +62,57 @@ def in_lab_units(fit: xr.Dataset, units: LabUnits, prefix: str) -> np.ndarray:
     return np.array([stress * units.stress, consistency * units.stress * units.time**index, index])
 
 
-def test_a_fit_to_the_table_is_the_fit_to_the_dataset(curve, units):
+def standard_errors_apart(curve: xr.Dataset, units: LabUnits) -> float:
+    """Return how far SciPy's fit to a table is from ours to the dataset, at its worst parameter."""
     fit = herschel_bulkley(curve)
     assert fit["pooled_fit_message"].item() == FITTED
-    expected = in_lab_units(fit, units, "pooled_")
     table = read(rheometer_table(curve, LABORATORY))
-    start = [0.5 * table["shear_stress"].min(), 1.0, 0.5]
     found, covariance = curve_fit(
         flow_law,
         table["shear_rate"],
         table["shear_stress"],
-        p0=start,
+        p0=[0.5 * table["shear_stress"].min(), 1.0, 0.5],
         sigma=table["shear_stress_std"],
         absolute_sigma=True,
     )
-    errors = np.sqrt(np.diag(covariance))
-    apart = np.abs(found - expected) / errors
-    assert (apart < 0.1).all(), f"{apart} standard errors apart: {found}, not {expected}"
+    apart = found - in_lab_units(fit, units, "pooled_")
+    return float(np.max(np.abs(apart) / np.sqrt(np.diag(covariance))))
 
 
-def test_the_same_law_is_fitted_to_a_table_that_is_read_back(curve, units):
-    """Nothing of our own fit depends on the units."""
-    expected = in_lab_units(herschel_bulkley(curve), units, "pooled_")
-    table = read(rheometer_table(curve, LABORATORY))
-    points = xr.Dataset(
-        {
-            "shear_rate_bulk": ("stress", table["shear_rate"]),
-            "shear_rate_bulk_error": ("stress", table["shear_rate_std"]),
-            "steady_bulk": ("stress", np.ones(len(table), dtype=bool)),
-        },
-        coords={"stress": table["shear_stress"]},
-    )
-    # Freedom of the errors, by which they are widened, is no column of a rheometer's table.
-    unknown = herschel_bulkley(curve.drop_vars("shear_rate_bulk_freedom", errors="ignore"))
-    again = in_lab_units(herschel_bulkley(points), LabUnits(1.0, 1.0, 1.0), "")
-    reference = in_lab_units(unknown, units, "pooled_")
-    np.testing.assert_allclose(reference, expected, rtol=0.05)
-    np.testing.assert_allclose(again, reference, rtol=0.02)
+@pytest.mark.parametrize("kind", ["paper", "one seed", "imposed rate"])
+def test_a_fit_to_the_table_is_the_fit_to_the_dataset(kind, units):
+    """Ours is to rates with Student's errors, SciPy's to stresses with normal ones."""
+    drawn = (CURVES[kind].drawn(np.random.default_rng(seed)) for seed in range(1, 8))
+    apart = [standard_errors_apart(labelled(curve), units) for curve in drawn]
+    assert max(apart) < 1.0, apart
+    assert np.median(apart) < 0.2, apart
 
 
 def test_numbers_are_those_of_the_dataset_in_other_units(curve, units):
-    table = read(rheometer_table(curve, LABORATORY, rate="wall", where="roughness == 0.59"))
-    from softslip.analysis.observables import mean_over_seeds
-
-    mean = mean_over_seeds(curve).sel(roughness=0.59)
+    table = read(rheometer_table(curve, LABORATORY, rate="wall", where="roughness == 0.6"))
+    mean = mean_over_seeds(curve).sel(roughness=0.6)
     mean = mean.isel(stress=np.flatnonzero(mean["steady_wall"].values))
-    assert set(table["roughness"]) == {0.59}
+    assert set(table["roughness"]) == {0.6}
     for column, name, factor in (
         ("shear_rate", "shear_rate_wall", 1 / units.time),
-        ("shear_rate_std", "shear_rate_wall_error", 1 / units.time),
         ("shear_stress", "stress", units.stress),
         ("slip_velocity", "slip_velocity", units.length / units.time),
+        ("slip_velocity_std", "slip_velocity_error", units.length / units.time),
     ):
         np.testing.assert_allclose(table[column], mean[name].values * factor, rtol=1e-12)
+
+
+def test_errors_of_rates_are_those_of_our_own_fits(curve, units):
+    """Known well, they stay as they are; of few seeds, they lean on each other."""
+    known = labelled(CURVES["one seed"].drawn(np.random.default_rng(1)).isel(seed=0))
+    errors = known["shear_rate_bulk_error"].values[known["steady_bulk"].values]
+    told = read(rheometer_table(known, LABORATORY))["shear_rate_std"] * units.time
+    np.testing.assert_allclose(np.sort(told), np.sort(errors), rtol=0.02)
+    table, mean = read(rheometer_table(curve, LABORATORY)), mean_over_seeds(curve)
+    raw = mean["shear_rate_bulk_error"] / mean["shear_rate_bulk"]
+    told = table["shear_rate_std"] / table["shear_rate"]
+    spread = [float(np.std(np.log(each))) for each in (raw.values[mean["steady_bulk"]], told)]
+    assert spread[1] < 0.5 * spread[0], spread
 
 
 def test_errors_of_rates_become_those_of_stresses_by_the_slope_of_the_law(curve, units):
@@ -126,13 +127,14 @@ def test_errors_of_rates_become_those_of_stresses_by_the_slope_of_the_law(curve,
 
 
 def test_without_a_law_the_slope_is_that_of_a_smooth_curve(curve):
-    few = curve.isel(stress=slice(5, 8), roughness=0)
+    # The points of three stresses determine no law.
+    few = curve.sel(stress=[0.15, 0.2, 0.3], roughness=0.0)
     table = rheometer_table(few, LABORATORY)
     assert "a smooth curve" in table.remarks[-1]
     law, smooth = (read(rheometer_table(each, LABORATORY)) for each in (curve, few))
-    law = law[(law["roughness"] == 0.0) & (law["shear_stress"] >= smooth["shear_stress"].min())]
-    ratio = smooth["shear_stress_std"].to_numpy() / law["shear_stress_std"].to_numpy()
-    assert (np.abs(ratio - 1) < 0.2).all(), ratio
+    of_law = law[(law["roughness"] == 0.0) & law["shear_stress"].isin(smooth["shear_stress"])]
+    ratio = smooth["shear_stress_std"].to_numpy() / of_law["shear_stress_std"].to_numpy()
+    assert (np.abs(ratio - 1) < 0.4).all(), ratio
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.1])
@@ -155,18 +157,16 @@ def test_points_that_do_not_rise_have_no_slope(stress, rate):
 
 
 def test_points_that_are_not_steady_or_do_not_flow_are_left_out_and_counted(curve):
-    whole = rheometer_table(curve, LABORATORY)
-    spoilt = curve.isel(seed=0).copy(deep=True)
-    steady = np.argwhere(spoilt["steady_bulk"].values)
-    drifting, still = (dict(zip(spoilt["status"].dims, each, strict=True)) for each in steady[:2])
-    spoilt["steady_bulk"][drifting] = False
-    spoilt["shear_rate_bulk"][still] = -1e-6
+    single = curve.isel(seed=0)
+    spoilt = single.copy(deep=True)
+    spoilt["steady_bulk"].loc[{"stress": 0.1, "roughness": 0.0}] = False
+    spoilt["shear_rate_bulk"].loc[{"stress": 0.2, "roughness": 0.0}] = -1e-6
+    steady = int(single["steady_bulk"].sum())
     table = rheometer_table(spoilt, LABORATORY)
-    assert len(read(whole)) == len(steady)
-    assert len(read(table)) == len(steady) - 2
-    left = spoilt["status"].size - len(steady) + 1
+    assert len(read(rheometer_table(single, LABORATORY))) == steady
+    assert len(read(table)) == steady - 2
     assert table.remarks[:2] == (
-        f"{left} points left out: not steady",
+        f"{single['status'].size - steady + 1} points left out: not steady",
         "1 point left out: no shear rate above 0 with an error",
     )
     assert (read(table)["shear_rate"] > 0).all()
@@ -198,11 +198,13 @@ def test_a_condition_that_no_point_meets_is_refused(curve):
         rheometer_table(curve, LABORATORY, where="roughness == 3")
 
 
-@pytest.fixture
-def stored(curve, tmp_path) -> Path:
-    path = tmp_path / "flow_curve.nc"
-    labelled = curve.assign_attrs(Job().labels(fingerprint="f" * 16))
-    write_dataset(labelled, path, stage="flow_curve", run="made up", title="flow curve")
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory) -> Path:
+    """A file with the flow curve of two runs."""
+    path = tmp_path_factory.mktemp("stored") / "flow_curve.nc"
+    made = labelled(flow_curve(sweep((0.3, 0.4, 0.5)))).drop_attrs(deep=False)
+    made = made.assign_attrs(parameters=json.dumps(BASE), **Job().labels(fingerprint="f" * 16))
+    write_dataset(made, path, stage="flow_curve", run="made up", title="flow curve")
     return path
 
 
@@ -224,7 +226,7 @@ def test_the_same_table_is_the_same_bytes(stored):
     words = ["export", str(stored), "--rheometer", *OPTIONS]
     first, second = (CliRunner().invoke(app, words).stdout for _ in range(2))
     assert first == second
-    assert len(first.splitlines()) > 8
+    assert len(first.splitlines()) > 1
 
 
 def test_the_numbers_of_the_laboratory_must_be_given(stored):

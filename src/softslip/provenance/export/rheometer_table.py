@@ -16,17 +16,19 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from softslip.analysis.fits.likelihood import MOST_FREEDOM
 from softslip.analysis.fits.points import DRIVES, with_stress
 from softslip.analysis.observables import mean_over_seeds
 from softslip.analysis.observables.steady import FLAGS
 from softslip.analysis.observables.tables import DONE
 from softslip.errors import ConfigError, DatasetError
+from softslip.files.quantities import RATE, SPEED, STRESS
 from softslip.files.storage import CONTENT_DIGEST, replacing
 from softslip.messages import brief, counted
 from softslip.provenance.catalogue.conditions import parse
 from softslip.provenance.export.csv_file import cells
 from softslip.provenance.export.lab_units import LabUnits
-from softslip.provenance.export.stress_errors import BULK, carried_errors
+from softslip.provenance.export.stress_errors import BULK, carried_errors, with_moderated_errors
 
 RATES = {"bulk": BULK, "wall": "shear_rate_wall"}
 """Shear rates of the flow curve: the true one, and the apparent one of a rheometer with slip."""
@@ -43,6 +45,9 @@ METADATA = "-metadata.json"
 
 WORDS = {"bulk": "shear rate of the bulk", "wall": "apparent shear rate, of the walls"}
 """What these are called in a table's description."""
+
+ROUGHNESS = "roughness"
+"""Dimension on which the law of the bulk does not depend."""
 
 _SLIP = ("slip_velocity", "slip_velocity_error")
 
@@ -155,7 +160,8 @@ def rheometer_table(
 
     ``shear_stress_std`` is the standard error of the stress: its own where the rate of the walls
     was imposed, together with that of the rate (`carried_errors`). Programs that fit stresses then
-    weight points by what is known of them.
+    weight points by what is known of them. Errors of rates are those of our own fits: each leans on
+    those of the other points, as few seeds make a poor error (`with_moderated_errors`).
 
     Parameters
     ----------
@@ -214,44 +220,50 @@ def _points(
     if len(others) == len(dims):
         raise DatasetError("the flow curve has a single point; sweep rheometer.stress")
     kept, left_out = _kept(_rows(curve, name, dims), name, where, dims)
+    # Of the bulk, errors at all roughnesses are looked at together, as its law is one for them.
+    apart = [dim for dim in others if rate == "wall" or dim != ROUGHNESS]
+    kept = with_moderated_errors(kept, name, apart)
     curves = [group for _, group in kept.groupby(others, dropna=False)] if others else [kept]
     carried, remark = carried_errors(curve, curves, name)
     kept = pd.concat(curves, ignore_index=True)
     spread = np.hypot(kept["stress_error"].to_numpy(), carried)
-    unit = {key: str(curve[key].attrs.get("units", "1")) for key in (name, "stress", *others)}
-    slip = str(curve["slip_velocity"].attrs["units"])
     columns = (
-        LabColumn("shear_rate", unit[name], WORDS[rate], kept[name]),
-        LabColumn("shear_stress", unit["stress"], "shear stress", kept["stress"]),
+        LabColumn("shear_rate", RATE, WORDS[rate], kept[name]),
+        LabColumn("shear_stress", STRESS, "shear stress", kept["stress"]),
         LabColumn(
             "shear_stress_std",
-            unit["stress"],
+            STRESS,
             "standard error of the stress, that of the shear rate included",
             spread,
         ),
         LabColumn(
-            "shear_rate_std", unit[name], "standard error of the shear rate", kept[f"{name}_error"]
+            "shear_rate_std", RATE, "standard error of the shear rate", kept[f"{name}_error"]
         ),
-        LabColumn("slip_velocity", slip, "slip velocity", kept["slip_velocity"]),
+        LabColumn("slip_velocity", SPEED, "slip velocity", kept["slip_velocity"]),
         LabColumn(
             "slip_velocity_std",
-            slip,
+            SPEED,
             "standard error of the slip velocity",
             kept["slip_velocity_error"],
         ),
-        *(
-            LabColumn(dim, unit[dim], str(curve[dim].attrs.get("long_name", "")), kept[dim])
-            for dim in others
-        ),
+        *(LabColumn(dim, *_described(curve[dim]), kept[dim]) for dim in others),
     )
     return columns, (*left_out, remark)
+
+
+def _described(axis: xr.DataArray) -> tuple[str, str]:
+    """Return unit and meaning of a swept parameter."""
+    return str(axis.attrs.get("units", "1")), str(axis.attrs.get("long_name", ""))
 
 
 def _rows(curve: xr.Dataset, name: str, dims: Sequence[str]) -> pd.DataFrame:
     """Return a row for each point, sorted along the curves by the stress."""
     if "stress_error" not in curve:
         curve = curve.assign(stress_error=xr.zeros_like(curve[name]))
-    needed = [name, f"{name}_error", FLAGS[name], "status", "stress_error", *_SLIP]
+    if f"{name}_freedom" not in curve:
+        curve = curve.assign({f"{name}_freedom": xr.full_like(curve[name], MOST_FREEDOM)})
+    own = (name, f"{name}_error", f"{name}_freedom", FLAGS[name])
+    needed = [*own, "status", "stress_error", *_SLIP]
     table = curve[needed].to_dataframe().reset_index()
     return table.sort_values([*(dim for dim in dims if dim not in DRIVES), "stress"])
 

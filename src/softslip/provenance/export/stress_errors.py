@@ -1,4 +1,4 @@
-"""From the errors of shear rates to those of stresses, by the slope of the flow curve."""
+"""Errors of shear rates, and as errors of the stresses at them by the slope of the flow curve."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -8,12 +8,43 @@ import pandas as pd
 import xarray as xr
 
 from softslip.analysis.fits import FITTED, herschel_bulkley
-from softslip.analysis.fits.points import LEAST_RELATIVE_ERROR
+from softslip.analysis.fits.measured_points import moderated
+from softslip.analysis.fits.points import LEAST_RELATIVE_ERROR, usable_points
 
 FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 
 BULK = "shear_rate_bulk"
 """The shear rate that the flow law is fitted to."""
+
+
+def with_moderated_errors(points: pd.DataFrame, name: str, apart: Sequence[str]) -> pd.DataFrame:
+    """Return points whose errors lean on those of the others, as in our own fits (`moderated`).
+
+    Parameters
+    ----------
+    points
+        Of a flow curve, with an index that names each once.
+    name
+        The shear rate.
+    apart
+        Dimensions along which errors are not looked at together.
+    """
+    parts = [part for _, part in points.groupby(list(apart), dropna=False)] if apart else [points]
+    return pd.concat([_moderated(part, name) for part in parts]).loc[points.index]
+
+
+def _moderated(points: pd.DataFrame, name: str) -> pd.DataFrame:
+    ordered = points.sort_values("stress", kind="stable")
+    columns = {
+        "abscissa": ordered["stress"],
+        "abscissa_error": ordered["stress_error"],
+        "value": ordered[name],
+        "error": ordered[f"{name}_error"],
+        "freedom": ordered[f"{name}_freedom"],
+        "steady": np.ones(len(ordered)),
+    }
+    usable = usable_points({key: np.asarray(column) for key, column in columns.items()})
+    return ordered.assign(**{f"{name}_error": moderated(usable).error})
 
 
 def carried_errors(
