@@ -1,5 +1,6 @@
 """The workflow as a module of another one, and from another folder."""
 
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -73,6 +74,86 @@ def test_a_module_cleans_up_and_runs_alone(module: Path) -> None:
     assert status == 0, said
     assert not needless.exists()
     assert (module / "workflow.lock").exists()
+
+
+DEPLOYED = """\
+from snakemake.utils import min_version
+
+
+min_version("6.10.0")
+
+
+configfile: "config/config.yaml"
+
+
+module softslip:
+    snakefile:
+        {snakefile!r}
+    config:
+        config
+
+
+use rule * from softslip
+"""
+"""As `snakedeploy deploy-workflow` writes it, beside copies of config/ and profiles/."""
+
+
+def test_a_deployed_workflow_runs_the_scenario_of_its_settings(tmp_path: Path) -> None:
+    for name in ("config", "profiles"):
+        shutil.copytree(ROOT / name, tmp_path / name)
+    settings = tmp_path / "config" / "config.yaml"
+    settings.write_text(settings.read_text().replace("scenario: demo", "scenario: tiny"))
+    (tmp_path / "config" / "tiny.yaml").write_text(TINY)
+    (tmp_path / "workflow").mkdir()
+    text = DEPLOYED.format(snakefile=str(ROOT / "workflow" / "Snakefile"))
+    (tmp_path / "workflow" / "Snakefile").write_text(text)
+    (run,) = load_scenario(str(tmp_path / "config" / "tiny.yaml")).stage_table("packing")
+    packing = f"results/tiny/packing/{run}.nc"
+    status, said = snakemake(tmp_path, packing)
+    assert status == 0, said
+    assert (tmp_path / packing).is_file()
+    status, said = snakemake(tmp_path, "--report", "report.html")
+    assert status == 0, said
+    assert "What is missing" not in (tmp_path / "report.html").read_text("utf-8")
+
+
+def test_tables_figures_and_pages_of_a_module_are_below_its_prefix(
+    whole: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "tiny.yaml").write_text(TINY)
+    text = SNAKEFILE.format(
+        snakefile=str(ROOT / "workflow" / "Snakefile"),
+        prefix='prefix: "out"',
+        results="out/results/tiny",
+        run="none",
+    )
+    (tmp_path / "Snakefile").write_text(text)
+    results = tmp_path / "out" / "results" / "tiny"
+    shutil.copytree(whole / "results" / "tiny", results)
+    again = ("fits.nc", "comparison.nc", "explorer.html", "figures/fig5.png")
+    for name in again:
+        (results / name).unlink()
+    before = {path: path.stat().st_mtime_ns for path in results.glob("shear/*.nc")}
+    status, said = snakemake(tmp_path, "softslip_all")
+    assert status == 0, said
+    assert all((results / name).is_file() for name in again)
+    assert {path: path.stat().st_mtime_ns for path in before} == before
+    status, said = snakemake(tmp_path, "--report", "report.html", "softslip_all")
+    assert status == 0, said
+    assert "out/results/tiny/figures/fig5.png" in (tmp_path / "report.html").read_text("utf-8")
+    assert not (tmp_path / "results").exists()
+
+
+def test_a_python_without_softslip_is_named(tmp_path: Path) -> None:
+    code = (
+        "import sys; sys.modules['softslip'] = None; "
+        "from snakemake.cli import main; main(sys.argv[1:])"
+    )
+    words = ("--snakefile", str(ROOT / "workflow" / "Snakefile"), "--dry-run")
+    command = [sys.executable, "-c", code, *words]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode != 0
+    assert f"softslip: is not installed for {sys.executable}" in done.stdout + done.stderr
 
 
 def test_a_scenario_runs_from_any_folder(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from browser import WIDE, complaints, opened
 from projects import ROOT, TINY, copy_project
 
 from softslip.files.layout import CHECKPOINTS
-from softslip.operations.failures import failure_path
+from softslip.operations.failures import Failure, failure_path
 
 pytestmark = pytest.mark.workflow
 
@@ -158,13 +159,13 @@ def test_the_report_of_a_scenario_that_is_not_finished_says_what_is_missing(
     (sheared,) = (results / "shear").glob("*.nc")
     for path in (sheared, results / "fits.nc", results / "figures" / "fig5.png"):
         path.unlink()
-    failure = {"error": "NumericalError", "message": "film & <thickness> at step 7"}
+    failure = asdict(Failure("NumericalError", "film & <thickness> at step 7"))
     record = failure_path(results / "shear" / CHECKPOINTS, sheared.stem)
     record.write_text(json.dumps(failure))
     shutil.rmtree(folder / STUDIED)
     page = first_page(written(folder))
     for words in (
-        "1 run of a stage",
+        "not done, stage by stage (1):",
         f"<td>{sheared.stem}</td><td>failed</td>",
         "NumericalError: film &amp; &lt;thickness&gt; at step 7",
         "<li>fits.nc</li><li>figures/fig5.png</li>",
@@ -178,5 +179,5 @@ def test_the_report_of_nothing_is_a_list_of_what_is_missing(tmp_path: Path) -> N
     folder = copy_project(tmp_path / "project")
     (folder / "config" / "tiny.yaml").write_text(TINY)
     page = first_page(written(folder))
-    assert "4 runs of a stage" in page
+    assert "not done, stage by stage (4):" in page
     assert not (folder / "results").exists()

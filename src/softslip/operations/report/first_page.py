@@ -172,7 +172,7 @@ def _what_is_missing(
     if not (open_runs or gone or unreadable):
         yield paragraph("Nothing: every run is done, and every table and figure is there.")
     if open_runs:
-        yield paragraph(f"{counted(len(open_runs), 'run')} of a stage:")
+        yield paragraph(f"Runs that are not done, stage by stage ({len(open_runs)}):")
         yield html_table(("Stage", "Run", "State", "Remark"), map(_row, open_runs[:MOST_LISTED]))
         yield from _and_more(len(open_runs), f"softslip status {scenario.name} --all")
     if gone:
