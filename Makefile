@@ -15,7 +15,7 @@ SOURCES := src tests workflow docs
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run browser slurm test test-slurm architecture reliability mutation crate-check check format lock clean
+.PHONY: help env run dist browser slurm test test-slurm architecture reliability mutation crate-check check format lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -62,7 +62,7 @@ $(CRATE)/.installed: requirements-crate.lock
 		--requirement requirements-crate.lock
 	@touch $@
 
-browser: ## install Chromium on Debian, for the tests of the explorer's page (½ min, 120 MB)
+browser: ## install Chromium on Debian, for the tests of explorer and report (½ min, 120 MB)
 	@command -v chromium >/dev/null && command -v chromedriver >/dev/null || { \
 	echo "Installing chromium and chromium-driver"; \
 	as_root=$$([ "$$(id -u)" -eq 0 ] || echo sudo); \
@@ -80,6 +80,9 @@ slurm: ## install Slurm and munge on Debian, for the tests of profiles/slurm
 
 run: env ## run the workflow (CORES=2 SCENARIO=demo)
 	@$(BIN)/snakemake --cores $(CORES) --config scenario=$(SCENARIO)
+
+dist: env ## build the source distribution and the wheel in dist/
+	@$(BIN)/hatchling build -d dist
 
 test: check ## run the checks and the fast tests
 	@$(BIN)/pytest --numprocesses $(CORES)

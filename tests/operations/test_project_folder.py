@@ -1,4 +1,5 @@
 import os
+import re
 from pathlib import Path
 
 import pytest
@@ -8,7 +9,13 @@ from ruamel.yaml import YAML
 import softslip
 from softslip.errors import ConfigError, StorageError
 from softslip.operations import project_folder
-from softslip.operations.project_folder import ENVIRONMENT, PARTS, project_files, write_project
+from softslip.operations.project_folder import (
+    ENVIRONMENT,
+    MANUAL,
+    PARTS,
+    project_files,
+    write_project,
+)
 
 
 def content(folder: Path) -> dict[str, bytes]:
@@ -24,7 +31,7 @@ def test_the_files_are_those_of_the_checkout_but_for_the_environment(tmp_path: P
     written = content(tmp_path / "mine")
     assert count == len(written)
     assert {name.partition("/")[0] for name in written} == set(PARTS)
-    del written[ENVIRONMENT]
+    del written[ENVIRONMENT], written[MANUAL]
     assert written == {name: (ROOT / name).read_bytes() for name in written}
     for name in ("workflow/Snakefile", "config/demo.yaml", "profiles/default/config.yaml"):
         assert name in written
@@ -36,6 +43,16 @@ def test_the_environment_of_the_rules_is_this_release_alone(tmp_path: Path) -> N
     *own, pip = environment["dependencies"]
     assert own == asked["dependencies"][:-1]
     assert pip == {"pip": [f"softslip=={softslip.__version__}"]}
+
+
+def test_no_link_leads_out_of_the_folder() -> None:
+    files = project_files()
+    before, after = (ROOT / MANUAL).read_text("utf-8"), files[MANUAL].decode()
+    assert "](../docs/accuracy.md)" in before
+    assert "docs/accuracy.md of the repository" in after
+    links = [link for name in files for link in re.findall(r"\]\(([^)#]+)", files[name].decode())]
+    assert not [link for link in links if not link.startswith("http")]
+    assert len(after.splitlines()) == len(before.splitlines())
 
 
 def test_an_interrupted_call_is_completed_and_a_second_one_changes_nothing(tmp_path: Path) -> None:

@@ -114,7 +114,7 @@ def test_a_deployed_workflow_runs_the_scenario_of_its_settings(tmp_path: Path) -
     assert (tmp_path / packing).is_file()
     status, said = snakemake(tmp_path, "--report", "report.html")
     assert status == 0, said
-    assert "What is missing" not in (tmp_path / "report.html").read_text("utf-8")
+    assert "What is missing" in (tmp_path / "report.html").read_text("utf-8")
 
 
 def test_tables_figures_and_pages_of_a_module_are_below_its_prefix(

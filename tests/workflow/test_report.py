@@ -111,6 +111,27 @@ def test_every_category_opens_and_every_figure_is_seen(driver: Any) -> None:
     assert complaints(driver) == []
 
 
+@pytest.mark.browser
+def test_nothing_that_is_larger_than_the_window_is_cut(driver: Any) -> None:
+    content = "document.querySelector('#app .h-screen.overflow-auto')"
+    first = f"{content}.firstElementChild.getBoundingClientRect()"
+    driver.execute_script("app.setView({content: 'rulegraph'})")
+    size = driver.get_window_size()
+    driver.set_window_size(700, 300)
+    try:
+        assert driver.execute_script(f"return {content}.scrollHeight > innerHeight")
+        assert driver.execute_script(f"return {first}.top") >= 0
+        path = next(path for path in driver.execute_script("return Object.keys(results)"))
+        driver.execute_script(
+            "app.setView({content: 'img', contentPath: results[arguments[0]].data_uri})",
+            path.replace("report/comparison.html", "figures/fig5.png"),
+        )
+        assert driver.execute_script(f"return {first}.top") >= 0
+        assert driver.execute_script(f"return {first}.left") >= 0
+    finally:
+        driver.set_window_size(size["width"], size["height"])
+
+
 def view(driver: Any) -> Any:
     """Return the button that shows the result whose description is open."""
     return driver.find_element("css selector", "#app li a[href='#'] svg, #app li a svg")

@@ -96,9 +96,13 @@ RETRIES = 1 if workflow.is_main_process else 0
 RESULTS = f"results/{SCENARIO.name}"
 
 
+# Of this module, also when functions of its rules are called, which is later.
+PREFIXED = workflow.modifier.path_modifier
+
+
 def located(path):
     """Return where a path of the rules is: a module may be given a prefix for all of them."""
-    return workflow.modifier.path_modifier.replace_prefix(path)
+    return PREFIXED.replace_prefix(path)
 
 
 PLACE = Path(located(RESULTS))

@@ -1,6 +1,7 @@
 """A folder in which the workflow runs: its rules, scenarios and settings, copied into it."""
 
 import os
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -18,6 +19,11 @@ PARTS = ("Snakefile", "workflow", "config", "profiles")
 
 ENVIRONMENT = "workflow/envs/softslip.yaml"
 """The environment of the rules, which a checkout installs from its own sources."""
+
+MANUAL = "config/README.md"
+"""What is said of scenarios; only a checkout has the documents that it links to."""
+
+_LINK = re.compile(rb"\[([^\]]+)\]\(\.\./[^)]*\)")
 
 MOST_NAMED = 3
 """Files that an error names."""
@@ -66,7 +72,8 @@ def project_files() -> Mapping[str, bytes]:
     """Return the content of each file by its path in the folder, with slashes.
 
     They are those of the installed package, or of the checkout that it is imported from. The
-    environment of the rules names this release in place of a checkout's sources.
+    environment of the rules names this release in place of a checkout's sources, and links to
+    documents that are not copied are plain text.
 
     Raises
     ------
@@ -84,7 +91,8 @@ def project_files() -> Mapping[str, bytes]:
     paths = [path for path in (source / PARTS[0], *inside) if path.is_file()]
     files = {path.relative_to(source).as_posix(): path for path in paths}
     kept = {name: path.read_bytes() for name, path in files.items() if not _is_hidden(name)}
-    return kept | {ENVIRONMENT: _of_release(kept[ENVIRONMENT])}
+    manual = _LINK.sub(rb"\1 of the repository", kept[MANUAL])
+    return kept | {ENVIRONMENT: _of_release(kept[ENVIRONMENT]), MANUAL: manual}
 
 
 def _of_release(environment: bytes) -> bytes:
