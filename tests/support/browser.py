@@ -34,11 +34,16 @@ def opened(size: tuple[int, int], folder: Path) -> Any:
         driver = webdriver.Chrome(
             options=options, service=webdriver.ChromeService(shutil.which("chromedriver"))
         )
+    resized(driver, size)
+    return driver
+
+
+def resized(driver: Any, size: tuple[int, int]) -> None:
+    """Give the window a size [pixel]."""
     metrics = {"width": size[0], "height": size[1], "deviceScaleFactor": 1}
     driver.execute_cdp_cmd(
         "Emulation.setDeviceMetricsOverride", {**metrics, "mobile": size == PHONE}
     )
-    return driver
 
 
 def complaints(driver: Any) -> list[str]:
