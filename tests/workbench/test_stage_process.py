@@ -1,5 +1,6 @@
 """What a command says and how it ends reaches the caller."""
 
+import os
 import sys
 from pathlib import Path
 
@@ -99,3 +100,14 @@ def test_an_error_of_the_caller_ends_the_command(program, tmp_path: Path) -> Non
 def test_the_command_is_that_of_this_python(program) -> None:
     program("print(sys.executable, file=sys.stderr)")
     assert run()[0] == (sys.executable,)
+
+
+def test_an_installed_package_is_found_without_a_hint(
+    program, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    program("print(os.environ.get('PYTHONPATH', ''), file=sys.stderr)")
+    monkeypatch.setenv("PYTHONPATH", "elsewhere")
+    assert run()[0] == (f"{tmp_path}{os.pathsep}elsewhere",)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.setattr(stage_process.site, "getsitepackages", lambda: [str(tmp_path)])
+    assert run()[0] == (str(tmp_path),)

@@ -8,6 +8,7 @@ and memory are its own affair, too.
 import json
 import os
 import signal
+import site
 import subprocess
 import sys
 import tempfile
@@ -76,8 +77,11 @@ def run_command(words: Sequence[str], report: Report, recorded: Recorded) -> tup
 
 
 def _with_this_package() -> dict[str, str]:
-    """Return the environment, with this very package ahead of others."""
+    """Return the environment in which a new process imports this very package."""
     place = str(Path(softslip.__file__).parents[1])
+    if place in site.getsitepackages():
+        # Python finds it there by itself, and after its own modules.
+        return dict(os.environ)
     others = os.environ.get("PYTHONPATH")
     return {**os.environ, "PYTHONPATH": f"{place}{os.pathsep}{others}" if others else place}
 
