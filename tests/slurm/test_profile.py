@@ -268,10 +268,13 @@ def test_an_unlucky_workflow_ends_unattended_with_the_same(
     project = Project(tmp_path / "cluster", LONG)
     process = project.start(*through_slurm(*WANTED))
     watch, trouble = Watch(project), Trouble(cluster)
-    while process.poll() is None:
-        watch.look()
-        trouble.befall(watch.working)
-        time.sleep(0.5)
+    try:
+        while process.poll() is None:
+            watch.look()
+            trouble.befall(watch.working)
+            time.sleep(0.5)
+    finally:
+        process.kill()
     assert process.returncode == 0, project.said
     assert trouble.is_over, f"{trouble.cancelled} jobs were cancelled"
     ends = Counter(cluster.ends())
