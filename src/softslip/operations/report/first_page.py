@@ -80,16 +80,14 @@ def first_page(scenario: Scenario, results: Path, *, studied: bool) -> str:
 
 
 def _products(scenario: Scenario, results: Path) -> tuple[list[Product], list[str]]:
-    """Return the datasets of the scenario's runs, and a sentence for each that cannot be read."""
+    """Return the results that are there, and a sentence for each that cannot be read."""
     products, unreadable = list[Product](), list[str]()
-    for stage in STAGES:
-        for run in scenario.stage_table(stage):
-            path = results / stage / f"{run}.nc"
-            if path.exists():
-                try:
-                    products.append(read_product(path))
-                except DatasetError as error:
-                    unreadable.append(str(error))
+    for each in expected_results(scenario):
+        if (results / each.name).exists():
+            try:
+                products.append(read_product(results / each.name))
+            except DatasetError as error:
+                unreadable.append(str(error))
     return products, unreadable
 
 
@@ -113,10 +111,14 @@ def _what_was_run(scenario: Scenario, status: ScenarioStatus, results: Path) -> 
 
 def _steadiness(results: Path) -> Iterator[str]:
     """Yield how many runs have reached a steady state, where they were gathered."""
+    path = results / "flow_curve.nc"
+    if not path.exists():
+        return  # It is among what is missing.
     try:
-        curve = read_dataset(results / "flow_curve.nc", stage="flow_curve")
-    except DatasetError:
-        return  # Among what is missing.
+        curve = read_dataset(path, stage="flow_curve")
+    except DatasetError as error:
+        yield paragraph(f"Whether runs are steady is not known: {error}")
+        return
     done = np.ravel(curve["status"].values == DONE)
     rows = []
     for name, flag in _SERIES.items():
@@ -180,7 +182,7 @@ def _what_is_missing(
         yield item_list(gone[:MOST_LISTED])
         yield from _and_more(len(gone), f"softslip crate {scenario.name} --partial")
     if unreadable:
-        yield paragraph("Datasets that cannot be read:")
+        yield paragraph("Results that cannot be read:")
         yield item_list(unreadable[:MOST_LISTED])
         yield from _and_more(len(unreadable), f"softslip verify {scenario.name}")
 
