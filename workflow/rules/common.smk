@@ -251,8 +251,8 @@ def memory_of(stage):
 
 
 def run_labels(wildcards):
-    """Name a run's swept values in the report."""
-    return LABELS.get(wildcards.run, {})
+    """Name a run's swept values in the report, or the run where nothing is swept."""
+    return LABELS.get(wildcards.run) or {"run": wildcards.run}
 
 
 # The benchmark figure's datasets, that of the bars over N first.
