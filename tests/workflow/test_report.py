@@ -63,10 +63,17 @@ def driver(report: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[A
     started.quit()
 
 
-def menu(driver: Any) -> list[Any]:
-    """Go back to the menu and return its entries."""
-    driver.execute_script("app.setView({navbarMode: 'menu'})")
-    return list(driver.find_elements("css selector", "nav li a, #app li a"))
+def waited(driver: Any, script: str, *words: Any) -> Any:
+    """Return what a script finds as soon as it finds something: the page is redrawn by and by."""
+    from selenium.webdriver.support.wait import WebDriverWait
+
+    return WebDriverWait(driver, 20).until(lambda it: it.execute_script(script, *words))
+
+
+def press(driver: Any, found: str, *words: Any) -> None:
+    """Click what is found as soon as it is there."""
+    event = "new MouseEvent('click', {bubbles: true, cancelable: true})"
+    waited(driver, f"const it = {found}; return it && (it.dispatchEvent({event}) || true)", *words)
 
 
 CATEGORIES = {"Accuracy", "Beside the paper", "Figures", "Snapshots", "Stability"}
@@ -96,15 +103,15 @@ def test_every_result_has_labels_a_caption_and_a_category(driver: Any) -> None:
 @pytest.mark.browser
 def test_every_category_opens_and_every_figure_is_seen(driver: Any) -> None:
     seen = set()
+    entry = "[...document.querySelectorAll('#app li a')].find((a) => a.innerText.trim() === {})"
     for category in sorted(CATEGORIES):
-        (entry,) = (each for each in menu(driver) if each.text.strip() == category)
-        entry.click()
-        for path in driver.execute_script(
-            "return Object.values(categories[arguments[0]]).flat()", category
-        ):
+        driver.execute_script("app.setView({navbarMode: 'menu'})")
+        press(driver, entry.format("arguments[0]"), category)
+        listed = "return Object.values(categories[arguments[0]]).flat()"
+        for path in driver.execute_script(listed, category):
             driver.execute_script("app.showResultInfo(arguments[0])", path)
-            view(driver).click()
-            assert is_seen(driver), path
+            press(driver, VIEW, path)
+            assert is_seen(driver, path), path
             seen.add(path)
     assert seen == set(driver.execute_script("return Object.keys(results)"))
     assert complaints(driver) == []
@@ -112,7 +119,7 @@ def test_every_category_opens_and_every_figure_is_seen(driver: Any) -> None:
 
 @pytest.mark.browser
 def test_nothing_that_is_larger_than_the_window_is_cut(driver: Any) -> None:
-    place = "document.querySelector('#app .h-screen.overflow-auto')"
+    place = "document.querySelector('#app .grow.overflow-auto')"
     (figure,) = (
         path for path in driver.execute_script("return Object.keys(results)") if "fig5" in path
     )
@@ -123,7 +130,7 @@ def test_nothing_that_is_larger_than_the_window_is_cut(driver: Any) -> None:
         driver.execute_script(
             "app.setView({content: 'img', contentPath: results[arguments[0]].data_uri})", figure
         )
-        assert is_seen(driver)
+        assert is_seen(driver, figure)
         assert_nothing_is_cut(driver, place)
     finally:
         resized(driver, WIDE)
@@ -136,42 +143,40 @@ def assert_nothing_is_cut(driver: Any, place: str) -> None:
     assert driver.execute_script(f"return {top}") >= 0
 
 
-def view(driver: Any) -> Any:
-    """Return the button that shows the result whose description is open."""
-    return driver.find_element("css selector", "#app li a[href='#'] svg, #app li a svg")
+VIEW = (
+    "app.state.navbarMode === 'resultinfo' && app.state.resultPath === arguments[0]"
+    " && document.querySelector('#app li table a')"
+)
+"""The button that shows the result whose description is open."""
 
 
-def is_seen(driver: Any) -> bool:
-    """Whether the picture or the page that is open has something to be seen."""
-    from selenium.webdriver.support.wait import WebDriverWait
-
-    picture = "return [...document.querySelectorAll('#app img')].some((each) => each.naturalWidth)"
-    frames = driver.find_elements("css selector", "#app iframe")
-    if not frames:
-        return bool(WebDriverWait(driver, 20).until(lambda it: it.execute_script(picture)))
-    driver.switch_to.frame(frames[0])
+def is_seen(driver: Any, path: str) -> bool:
+    """Whether the picture or the page of a result is open and has something to be seen."""
+    opened = (
+        "const place = document.querySelector('#app .grow.overflow-auto');"
+        "const it = place && place.querySelector('img, iframe');"
+        "return it && it.src === results[arguments[0]].data_uri"
+        " && (it.tagName === 'IFRAME' ? 'page' : it.naturalWidth && 'picture')"
+    )
+    if waited(driver, opened, path) == "picture":
+        return True
+    driver.switch_to.frame(driver.find_element("css selector", "#app .grow.overflow-auto iframe"))
     try:
-        text = WebDriverWait(driver, 20).until(
-            lambda it: it.find_element("css selector", "body").text
-        )
-        return "<table" in driver.page_source and len(text) > 200
+        text = waited(driver, "return document.body && document.body.innerText")
+        if driver.find_elements("css selector", "video"):
+            return bool(waited(driver, "return document.querySelector('video').readyState > 1"))
+        return bool(driver.find_elements("css selector", "table")) and len(text) > 200
     finally:
         driver.switch_to.default_content()
 
 
 @pytest.mark.browser
 def test_the_statistics_and_the_rules_are_drawn(driver: Any) -> None:
-    from selenium.webdriver.support.wait import WebDriverWait
-
-    for content, place in (
-        ("stats", "#runtimes"),
-        ("stats", "#timeline"),
-        ("rulegraph", "#rulegraph"),
-    ):
+    for content, places in (("stats", ("runtimes", "timeline")), ("rulegraph", ("rulegraph",))):
         driver.execute_script("app.setView({content: arguments[0]})", content)
-        WebDriverWait(driver, 20).until(
-            lambda it, where=place: it.find_elements("css selector", f"{where} canvas, {where} svg")
-        )
+        for place in places:
+            drawn = f"return document.querySelector('#{place} canvas, #{place} svg')"
+            assert waited(driver, drawn)
     assert complaints(driver) == []
 
 
