@@ -289,7 +289,9 @@ def test_steps_are_the_rules_of_the_workflow(items):
     sources = "".join(path.read_text() for path in (ROOT / "workflow" / "rules").glob("*.smk"))
     rules = dict(re.findall(r"^rule (\w+):\n(.*?)(?=^rule |\Z)", sources, re.M | re.S))
     for rule, told in STEPS.items():
-        assert f'"softslip {told.command} ' in rules[rule], f"{rule} calls something else"
+        # Stages take the place of their shell, so that signals reach them.
+        called = re.search(rf'"(?:exec )?softslip {told.command} ', rules[rule])
+        assert called, f"{rule} calls something else"
     tools = {name for step in steps for name in names(entities[step]["workExample"])}
     assert tools == set(names(entities["workflow/Snakefile"]["hasPart"]))
     assert {
