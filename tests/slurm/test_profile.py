@@ -46,7 +46,7 @@ description: Two runs of a minute or two; their numbers mean nothing.
 base:
   fidelity: standard
   channel: {length: 0.0625, height: 0.09375, outer_gap: 0.0078125}
-  time_stepping: {ageing_time: 2, shear_time: 6000}
+  time_stepping: {ageing_time: 2, shear_time: 4000}
   recording: {snapshots: []}
 axes:
   rheometer.stress: [0.3, 0.5]
