@@ -9,13 +9,14 @@ LOCKED := $(VENV)/.locked
 INSTALLED := $(VENV)/.installed
 MUTATION := .mutation
 CRATE := .crate
+SITE := .site
 
 SNAKEFILES := Snakefile workflow
 SOURCES := src tests workflow docs
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help env run dist browser slurm test test-slurm architecture reliability mutation crate-check check format lock clean
+.PHONY: help env run dist browser slurm test test-slurm architecture reliability mutation crate-check docs check format lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -52,6 +53,17 @@ $(MUTATION)/.installed: $(INSTALLED) requirements-mutation.lock
 		echo "import site; site.addsitedir('$$packages')" > environment.pth
 	@$(MUTATION)/venv/bin/pip --disable-pip-version-check -qq install \
 		--requirement requirements-mutation.lock
+	@touch $@
+
+# Beside the packages of .venv too, which have the command line that a page is made of.
+$(SITE)/.installed: $(INSTALLED) requirements-docs.lock
+	@echo "Installing Sphinx in $(SITE)"
+	@$(PYTHON) -m venv --clear $(SITE)/venv
+	@packages=$$(echo $(CURDIR)/$(VENV)/lib/python*/site-packages); \
+		cd $(SITE)/venv/lib/python*/site-packages && \
+		echo "import site; site.addsitedir('$$packages')" > environment.pth
+	@$(SITE)/venv/bin/pip --disable-pip-version-check -qq install \
+		--requirement requirements-docs.lock
 	@touch $@
 
 # Apart from .venv: the validator wants another version of rich.
@@ -102,6 +114,10 @@ crate-check: env $(CRATE)/.installed ## hold research objects against their prof
 		$(CRATE)/whole.zip $(CRATE)/partial.zip
 	@$(CRATE)/venv/bin/python tests/crate/check.py --cache $(CRATE)/http --named $(CRATE)/named
 
+docs: env $(SITE)/.installed ## build the documentation's site in .site/html (2 min)
+	@$(SITE)/venv/bin/sphinx-build --quiet --fail-on-warning --jobs $(CORES) docs $(SITE)/html
+	@echo "Open $(SITE)/html/index.html"
+
 check: env ## check style, types, imports and workflow
 	@$(BIN)/ruff check --quiet $(SOURCES)
 	@$(BIN)/ruff format --check --quiet $(SOURCES)
@@ -124,5 +140,5 @@ architecture: env ## write the pictures and the list of modules of ARCHITECTURE.
 	@$(BIN)/python docs/architecture.py
 
 clean: ## remove the environment and the caches, but no results
-	@rm -rf $(VENV) $(MUTATION) $(CRATE) build dist .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
+	@rm -rf $(VENV) $(MUTATION) $(CRATE) $(SITE) build dist .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
 	@find src tests workflow -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true

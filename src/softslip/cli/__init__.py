@@ -95,10 +95,11 @@ class _Commands(typer.core.TyperGroup):
     def resolve_command(self, ctx: Any, args: list[str]) -> tuple[str | None, Any, list[str]]:
         """Return the name, the command and the rest of a line."""
         name, command, rest = super().resolve_command(ctx, args)
-        return name, _imported(name) if name else command, rest
+        return name, command_named(name) if name else command, rest
 
 
-def _imported(name: str) -> Any:
+def command_named(name: str) -> Any:
+    """Return a command of the program, for which its module is imported."""
     module = importlib.import_module(f"softslip.cli.{_MODULES[name]}")
     parent = typer.Typer(add_completion=False, callback=commands)
     parent.add_typer(module.app, name=name if name in GROUPS else None)
