@@ -62,7 +62,7 @@ def commands_of(document: Path) -> Iterator[str]:
     """Yield the commands that a document prints, in its text or in lines of their own."""
     for token in tokens_of(document):
         if token.type in ("code_inline", "code_block", "fence"):
-            for line in token.content.splitlines():
+            for line in re.sub(r"\\\n\s*", "", token.content).splitlines():
                 command = line.split(" #")[0].strip()
                 if re.match(rf"({'|'.join(PROGRAMS)})( |$)", command):
                     yield command

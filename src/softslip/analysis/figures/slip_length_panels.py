@@ -288,7 +288,7 @@ def _draw_paper_power(axes: Axes, cell: xr.Dataset) -> None:
         mark_level(axes, "b", "fluidised_layer", layer, labelled=False)
         at = (0.02, layer.value)
         words = f"paper: fluidised layer {layer.value:g}"
-        known: dict[str, Any] = {"fontsize": WORDS, "color": "0.35", "va": "top"}
+        known: dict[str, Any] = {"fontsize": WORDS, "color": "0.35", "va": "bottom"}
         axes.text(*at, words, transform=axes.get_yaxis_transform(), **known)
 
 

@@ -17,7 +17,13 @@ from softslip.analysis.figures.drawing import (
     sequence,
     styled,
 )
-from softslip.analysis.figures.panels import above, facets, note_missing, with_dimensions
+from softslip.analysis.figures.panels import (
+    above,
+    facets,
+    legend_above,
+    note_missing,
+    with_dimensions,
+)
 from softslip.analysis.figures.shown import place, quantity, show
 from softslip.analysis.observables import mean_over_seeds
 
@@ -52,6 +58,7 @@ def profiles(dataset: xr.Dataset, stress: float | None = None) -> Figure:
         _draw_row(table.sel(chosen), wanted, left, right)
         left.set_ylabel(above(title, r"$v_\mathrm{norm}$ [1]"))
         right.tick_params(labelleft=False)
+    legend_above(figure, panels[0][0], most=7)
     dashed = not bool((table["steady_wall"] | (table["status"] != "done")).all())
     words = "dashed: walls not steady" if dashed else ""
     note_missing(figure, dataset, words, known=("stress", "roughness"))
@@ -85,8 +92,8 @@ def _draw_row(cell: xr.Dataset, wanted: float, left: Axes, right: Axes) -> None:
         axes.plot([0, 1], [0, 1], color="0.5", linestyle=":", linewidth=0.8, zorder=0)
         axes.set(xlim=(0, 1), ylim=(-0.02, 1.02), xlabel=r"$y_\mathrm{norm} = y/H$ [1]")
         axes.set_title(title)
-        if axes.get_legend_handles_labels()[1]:
-            axes.legend(loc="upper left")
+    if right.get_legend_handles_labels()[1]:
+        right.legend(loc="upper left")
 
 
 def _draw_profile(
