@@ -44,6 +44,20 @@ suppress_warnings = [
 ]
 
 
+INCLUDED = {
+    "../config/README.md": "reference/scenarios.md",
+    "../ARCHITECTURE.md": "reference/architecture.md",
+    "../CONTRIBUTING.md": "reference/contributing.md",
+}
+"""Documents outside this folder, and the pages that include them."""
+
+
+def _follow_included(app: Any, page: str, text: list[str]) -> None:
+    """Have links to a document outside this folder lead to the page that includes it."""
+    for document, target in INCLUDED.items():
+        text[0] = text[0].replace(f"]({document}", f"]({target}")
+
+
 def _write_commands(*_: Any) -> None:
     """Write the page of all commands from the command line itself."""
     parts = ["# Commands\n"]
@@ -96,6 +110,7 @@ def _put_mathml(writer: Any, node: Any) -> None:
 def setup(app: Any) -> None:
     """Have the page of commands written before pages are read, and docstrings before Napoleon."""
     app.connect("builder-inited", _write_commands)
+    app.connect("source-read", _follow_included)
     app.connect("autodoc-process-docstring", _as_restructured_text, priority=100)
     app.add_html_math_renderer("mathml", (_put_mathml, None), (_put_mathml, None))
     app.add_lexer("mermaid", TextLexer)
