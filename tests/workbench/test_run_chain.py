@@ -124,6 +124,9 @@ def test_a_parameter_that_cannot_be_run_starts_nothing(tmp_path: Path) -> None:
 
 
 SCRIPT = """
+import signal
+# A process that is started in the background of a script ignores it otherwise.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 import sys, softslip as ss
 try:
     ss.shear({scenario!r}, folder={folder!r}, **{given!r})

@@ -197,7 +197,9 @@ def test_each_job_is_handed_the_parameters_of_its_run(tmp_path: Path) -> None:
     words = ("--cores", "1", "--dry-run", "--printshellcmds", "--config", "scenario=scale")
     said = project.call("snakemake", *words)
     jobs = re.findall(
-        r"^Shell command: softslip (\w+) scale ([0-9a-f]{16}) --parameters '(.*?)' ", said, re.M
+        r"^Shell command: exec softslip (\w+) scale ([0-9a-f]{16}) --parameters '(.*?)' ",
+        said,
+        re.M,
     )
     assert {(stage, run) for stage, run, _ in jobs} == project.planned()
     for stage, run, text in jobs:
