@@ -11,6 +11,21 @@ MUTATION := .mutation
 CRATE := .crate
 SITE := .site
 
+# Of Debian packages, by root or by sudo.
+INSTALL = as_root=$$([ "$$(id -u)" -eq 0 ] || echo sudo); \
+	$$as_root apt-get update --quiet=2 && \
+	$$as_root env DEBIAN_FRONTEND=noninteractive apt-get install --quiet=2 --yes
+
+# An environment $(1)/venv that holds what a lock names and sees the packages of .venv.
+define beside
+@$(PYTHON) -m venv --clear $(1)/venv
+@packages=$$(echo $(CURDIR)/$(VENV)/lib/python*/site-packages); \
+	cd $(1)/venv/lib/python*/site-packages && \
+	echo "import site; site.addsitedir('$$packages')" > environment.pth
+@$(1)/venv/bin/pip --disable-pip-version-check -qq install --requirement $(2)
+@touch $(1)/.installed
+endef
+
 SNAKEFILES := Snakefile workflow
 SOURCES := src tests workflow docs
 
@@ -40,31 +55,17 @@ $(INSTALLED): $(LOCKED) pyproject.toml
 .PHONY: python3-venv
 python3-venv:
 	@echo "Installing python3-venv"
-	@as_root=$$([ "$$(id -u)" -eq 0 ] || echo sudo); \
-	$$as_root apt-get update --quiet=2 && \
-	$$as_root env DEBIAN_FRONTEND=noninteractive apt-get install --quiet=2 --yes python3-venv
+	@$(INSTALL) python3-venv
 
 # Beside the packages of .venv, which it sees, so that the tests run with the same versions.
 $(MUTATION)/.installed: $(INSTALLED) requirements-mutation.lock
 	@echo "Installing cosmic-ray in $(MUTATION)"
-	@$(PYTHON) -m venv --clear $(MUTATION)/venv
-	@packages=$$(echo $(CURDIR)/$(VENV)/lib/python*/site-packages); \
-		cd $(MUTATION)/venv/lib/python*/site-packages && \
-		echo "import site; site.addsitedir('$$packages')" > environment.pth
-	@$(MUTATION)/venv/bin/pip --disable-pip-version-check -qq install \
-		--requirement requirements-mutation.lock
-	@touch $@
+	$(call beside,$(MUTATION),requirements-mutation.lock)
 
 # Beside the packages of .venv too, which have the command line that a page is made of.
 $(SITE)/.installed: $(INSTALLED) requirements-docs.lock
 	@echo "Installing Sphinx in $(SITE)"
-	@$(PYTHON) -m venv --clear $(SITE)/venv
-	@packages=$$(echo $(CURDIR)/$(VENV)/lib/python*/site-packages); \
-		cd $(SITE)/venv/lib/python*/site-packages && \
-		echo "import site; site.addsitedir('$$packages')" > environment.pth
-	@$(SITE)/venv/bin/pip --disable-pip-version-check -qq install \
-		--requirement requirements-docs.lock
-	@touch $@
+	$(call beside,$(SITE),requirements-docs.lock)
 
 # Apart from .venv: the validator wants another version of rich.
 $(CRATE)/.installed: requirements-crate.lock
@@ -77,18 +78,12 @@ $(CRATE)/.installed: requirements-crate.lock
 browser: ## install Chromium on Debian, for the tests of explorer and report (½ min, 120 MB)
 	@command -v chromium >/dev/null && command -v chromedriver >/dev/null || { \
 	echo "Installing chromium and chromium-driver"; \
-	as_root=$$([ "$$(id -u)" -eq 0 ] || echo sudo); \
-	$$as_root apt-get update --quiet=2 && \
-	$$as_root env DEBIAN_FRONTEND=noninteractive apt-get install --quiet=2 --yes \
-		--no-install-recommends chromium chromium-driver; }
+	$(INSTALL) --no-install-recommends chromium chromium-driver; }
 
 slurm: ## install Slurm and munge on Debian, for the tests of profiles/slurm
 	@command -v slurmctld >/dev/null && command -v munged >/dev/null || { \
 	echo "Installing slurm-wlm and munge"; \
-	as_root=$$([ "$$(id -u)" -eq 0 ] || echo sudo); \
-	$$as_root apt-get update --quiet=2 && \
-	$$as_root env DEBIAN_FRONTEND=noninteractive apt-get install --quiet=2 --yes \
-		--no-install-recommends slurm-wlm munge; }
+	$(INSTALL) --no-install-recommends slurm-wlm munge; }
 
 run: env ## run the workflow (CORES=2 SCENARIO=demo)
 	@$(BIN)/snakemake --cores $(CORES) --config scenario=$(SCENARIO)

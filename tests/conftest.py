@@ -1,9 +1,14 @@
 """Scenes that are expensive enough to be made once."""
 
+from pathlib import Path
+
 import hypothesis
 import pytest
+import runs_synthetic
 import scenes
+from runs_synthetic import Work
 
+from softslip.config.scenario import Scenario
 from softslip.simulation import hydrodynamics
 
 # Compiling takes longer than any deadline; the same examples every time make failures repeat.
@@ -35,3 +40,15 @@ def aged(foam, smooth):
 def sheared(aged, smooth):
     """A short sheared run of the aged foam."""
     return hydrodynamics.shear(aged, smooth)
+
+
+@pytest.fixture
+def scenario(tmp_path: Path) -> Scenario:
+    """Four runs, of which no stage is done."""
+    return runs_synthetic.scenario(tmp_path)
+
+
+@pytest.fixture
+def work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Work:
+    """What leaves made-up results of these runs."""
+    return Work(tmp_path / "results", monkeypatch)

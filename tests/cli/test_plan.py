@@ -20,16 +20,6 @@ from softslip.operations.planning import make_plan
 OLD = "0" * 16
 
 
-@pytest.fixture
-def scenario(tmp_path: Path) -> Scenario:
-    return runs_synthetic.scenario(tmp_path)
-
-
-@pytest.fixture
-def work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Work:
-    return Work(tmp_path / "results", monkeypatch)
-
-
 def call(work: Work, *words: str) -> Result:
     path = work.results.parent / "four.yaml"
     every = ["plan", str(path), "--results", str(work.results), *words]

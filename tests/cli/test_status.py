@@ -9,7 +9,6 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-import runs_synthetic
 from rich.console import Console
 from runs_synthetic import CHECKPOINT_BYTES, Work
 from typer.testing import CliRunner, Result
@@ -24,16 +23,6 @@ from softslip.operations.lock import claim, holder_path, lock_path, run_lock
 from softslip.operations.scenario_status import ScenarioStatus, scenario_status
 
 UNKNOWN = "f" * 16
-
-
-@pytest.fixture
-def scenario(tmp_path: Path) -> Scenario:
-    return runs_synthetic.scenario(tmp_path)
-
-
-@pytest.fixture
-def work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Work:
-    return Work(tmp_path / "results", monkeypatch)
 
 
 def call(command: str, work: Work, *words: str) -> Result:

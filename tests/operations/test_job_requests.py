@@ -1,10 +1,8 @@
 """What a batch system is asked for fits what runs take, and what their checkpoints say is left."""
 
 import math
-from pathlib import Path
 
 import pytest
-import runs_synthetic
 import yaml
 from hypothesis import given
 from hypothesis import strategies as st
@@ -14,7 +12,7 @@ from runs_synthetic import Work
 
 from softslip.config.parameters import Parameters
 from softslip.config.scenario import Scenario
-from softslip.config.stages import STAGES
+from softslip.config.stages import FLOWING, STAGES
 from softslip.operations.costs import shipped
 from softslip.operations.job_requests import (
     LEAST,
@@ -23,22 +21,11 @@ from softslip.operations.job_requests import (
     SLACK,
     STARTING,
     STOPPING,
-    WITH_CHECKPOINTS,
     JobRequests,
     stage_memory,
 )
 
 HOUR = 3600.0
-
-
-@pytest.fixture
-def scenario(tmp_path: Path) -> Scenario:
-    return runs_synthetic.scenario(tmp_path)
-
-
-@pytest.fixture
-def work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Work:
-    return Work(tmp_path / "results", monkeypatch)
 
 
 def first(scenario: Scenario, stage: str) -> str:
@@ -61,13 +48,13 @@ class Fixed(JobRequests):
 def test_a_run_that_takes_as_long_as_estimated_has_its_time(left: float, stage: str) -> None:
     seconds = 60 * Fixed(left).minutes(stage, "run")
     assert STARTING + left <= seconds
-    if stage in WITH_CHECKPOINTS:
+    if stage in FLOWING:
         assert seconds <= STARTING + MARGIN * left + STOPPING + 60
     else:
         assert seconds <= max(LEAST, STARTING + MARGIN * left + 60)
 
 
-@given(st.floats(HOUR, 1e7), st.floats(1 / MARGIN, MARGIN), st.sampled_from(WITH_CHECKPOINTS))
+@given(st.floats(HOUR, 1e7), st.floats(1 / MARGIN, MARGIN), st.sampled_from(FLOWING))
 def test_time_is_at_most_half_as_much_again_if_estimates_are_right_within_the_margin(
     used: float, error: float, stage: str
 ) -> None:
@@ -137,7 +124,7 @@ def test_what_begins_again_gets_more_time_and_what_resumes_does_not() -> None:
     requests = Fixed(600.0)
     for stage in STAGES:
         first_time, third_time = (requests.minutes(stage, "run", attempt) for attempt in (1, 3))
-        if stage in WITH_CHECKPOINTS:
+        if stage in FLOWING:
             assert third_time == first_time
         else:
             assert third_time >= 3 * (first_time - 1)
@@ -149,7 +136,7 @@ def test_memory_grows_with_attempts_to_twice_as_much(scenario: Scenario, work: W
         run = first(scenario, stage)
         each = [requests.megabytes(stage, run, attempt) for attempt in (1, 2, 11, 12)]
         # Within the step that requests are multiples of.
-        growth = 1.1 if stage in WITH_CHECKPOINTS else 2.0
+        growth = 1.1 if stage in FLOWING else 2.0
         assert each[1] == pytest.approx(growth * each[0], abs=2 * MEMORY_STEP)
         assert each[0] < each[1] <= each[2] == each[3]
         assert each[3] == pytest.approx(2 * each[0], abs=2 * MEMORY_STEP)
@@ -166,11 +153,11 @@ def test_memory_grows_with_nodes_and_mesh() -> None:
 
 def test_the_profile_for_slurm_names_the_stages_that_resume() -> None:
     profile = yaml.safe_load((ROOT / "profiles" / "slurm" / "config.yaml").read_text())
-    assert tuple(profile["preemptible-rules"]) == WITH_CHECKPOINTS
-    assert tuple(profile["set-resources"]) == WITH_CHECKPOINTS
+    assert tuple(profile["preemptible-rules"]) == FLOWING
+    assert tuple(profile["set-resources"]) == FLOWING
     for resources in profile["set-resources"].values():
         warning = int(resources["slurm_extra"].strip("'").removeprefix("--signal=TERM@"))
         # The controller looks every half minute.
         assert warning + 30 == STOPPING
     grouped = [entry.partition("=")[0] for entry in profile["groups"]]
-    assert {*grouped, *WITH_CHECKPOINTS} == set(STAGES)
+    assert {*grouped, *FLOWING} == set(STAGES)

@@ -28,16 +28,6 @@ from softslip.simulation.end_state import end_state_path
 OLD = "0" * 16
 
 
-@pytest.fixture
-def scenario(tmp_path: Path) -> Scenario:
-    return runs_synthetic.scenario(tmp_path)
-
-
-@pytest.fixture
-def work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Work:
-    return Work(tmp_path / "results", monkeypatch)
-
-
 def of(scenario: Scenario, stage: str, number: int = 0) -> str:
     return list(scenario.stage_table(stage))[number]
 

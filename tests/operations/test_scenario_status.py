@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import runs_synthetic
 from runs_synthetic import CHECKPOINT_BYTES, Work
 
 from softslip.config.scenario import Scenario
@@ -32,16 +31,6 @@ from softslip.provenance.fingerprints import fingerprint
 from softslip.simulation.checkpoint import read_header
 
 UNKNOWN = "f" * 16
-
-
-@pytest.fixture
-def scenario(tmp_path: Path) -> Scenario:
-    return runs_synthetic.scenario(tmp_path)
-
-
-@pytest.fixture
-def work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Work:
-    return Work(tmp_path / "results", monkeypatch)
 
 
 def of(scenario: Scenario, stage: str, number: int = 0) -> str:

@@ -20,6 +20,9 @@ from softslip.errors import ConfigError
 STAGES = ("packing", "expansion", "ageing", "shear")
 """The stages of a run, each the parent of the next."""
 
+FLOWING = STAGES[2:]
+"""Those with the solver: they can use several threads, and write checkpoints to resume from."""
+
 DEPENDENCIES: Mapping[str, tuple[str, ...]] = {
     "packing": (
         "channel.length",

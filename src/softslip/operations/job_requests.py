@@ -14,7 +14,7 @@ from pathlib import Path
 
 from softslip.config.parameters import Parameters
 from softslip.config.scenario import Scenario
-from softslip.config.stages import STAGES
+from softslip.config.stages import FLOWING
 from softslip.operations.checkpoint_files import checkpointed_progress
 from softslip.operations.costs import Correction, shipped
 from softslip.operations.planning import continued_part, corrections
@@ -37,9 +37,6 @@ may take minutes for what takes seconds, and all of it would be lost."""
 STOPPING = 90.0
 """Seconds of a time limit in which a run does not work any more: it is told to stop 60 s before the
 end (profiles/slurm), and Slurm's controller, which looks every 30 s, does so up to 30 s early."""
-
-WITH_CHECKPOINTS = STAGES[2:]
-"""Stages that resume where they were interrupted; the others begin again."""
 
 SNAKEMAKE_MEMORY = 400.0
 """Megabytes of the two Snakemakes of a job, of 180 each, and of what starts them."""
@@ -110,7 +107,7 @@ class JobRequests:
             as it may have been too little.
         """
         seconds = MARGIN * self.seconds_left(stage, run)
-        if stage in WITH_CHECKPOINTS:
+        if stage in FLOWING:
             seconds = STARTING + seconds + STOPPING
         else:
             seconds = max(STARTING + seconds, LEAST) * attempt
@@ -130,7 +127,7 @@ class JobRequests:
         """
         parameters = self._scenario.stage_table(stage)[run].parameters
         memory = MARGIN * stage_memory(stage, parameters) + SNAKEMAKE_MEMORY
-        growth = 0.1 if stage in WITH_CHECKPOINTS else 1.0
+        growth = 0.1 if stage in FLOWING else 1.0
         memory *= min(1 + growth * (attempt - 1), 2)
         return int(MEMORY_STEP * math.ceil(memory / MEMORY_STEP))
 
@@ -141,6 +138,6 @@ def stage_memory(stage: str, parameters: Parameters) -> float:
     if stage == "packing":
         return memory
     memory += NODE_MEMORY * nodes(parameters)
-    if stage in WITH_CHECKPOINTS and parameters.hydrodynamics.mobility == "grid":
+    if stage in FLOWING and parameters.hydrodynamics.mobility == "grid":
         memory += POINT_MEMORY * mesh_points(parameters)
     return memory

@@ -99,15 +99,15 @@ def make_plan(
         others = {stage: frozenset(against.stage_table(stage)) for stage in STAGES}
     costs, planned, stages = costs or shipped(), list[PlannedRun](), dict[str, StagePlan]()
     ranks = priorities(scenario)
+    corrected = _corrections(costs, tables, datasets)
     for stage, table in tables.items():
-        correction = costs.correction(stage, _finished(stage, table, datasets))
         own = []
         for run in (each for each in status.runs if each.stage == stage):
             row, reason = table[run.run], reasons.get((stage, run.run), Reason.NONE)
             action = _action(run, reason, (stage, run.run) in datasets, run_before(row) in reasons)
             estimate = Estimate(0.0, 0.0)
             if action in OPEN:
-                estimate = costs.estimate(stage, row.parameters).corrected(correction)
+                estimate = costs.estimate(stage, row.parameters).corrected(corrected[stage])
             new = run.run not in others[stage] if others else reason == Reason.MISSING
             done = continued_part(results, row) if action == Action.BEGIN else 0.0
             if done and run_before(row) not in reasons:
@@ -115,7 +115,7 @@ def make_plan(
             planned_run = _planned(run, row.parent, action, reason, new, estimate, done)
             own.append(replace(planned_run, priority=ranks[stage][run.run]))
         planned += own
-        stages[stage] = _stage_plan(own, correction)
+        stages[stage] = _stage_plan(own, corrected[stage])
     gone = None
     if others:
         gone = {stage: tuple(sorted(others[stage] - set(tables[stage]))) for stage in STAGES}
@@ -139,7 +139,12 @@ def corrections(
     """
     tables = {stage: scenario.stage_table(stage) for stage in STAGES}
     datasets = _datasets(scenario_status(scenario, results), tables)
-    costs = costs or shipped()
+    return _corrections(costs or shipped(), tables, datasets)
+
+
+def _corrections(
+    costs: Costs, tables: Tables, datasets: Mapping[Key | None, _Dataset]
+) -> dict[str, Correction]:
     return {
         stage: costs.correction(stage, _finished(stage, table, datasets))
         for stage, table in tables.items()

@@ -7,7 +7,7 @@ from typing import Any
 import xarray as xr
 
 from softslip.config.scenario import Scenario, StageRun
-from softslip.config.stages import STAGES
+from softslip.config.stages import FLOWING, STAGES
 from softslip.files.layout import CHECKPOINTS, DATASET
 from softslip.files.storage import read_dataset
 from softslip.messages import counted, duration, file_text
@@ -20,9 +20,6 @@ from softslip.workbench.stage_process import run_command
 
 FOLDER = Path("results") / "python"
 """Folder of the results of calls that name none."""
-
-THREADED = ("ageing", "shear")
-"""Stages that can use several threads."""
 
 
 def shear(
@@ -128,7 +125,7 @@ def _computed(
     if row.parent is not None:
         before = STAGES[STAGES.index(row.stage) - 1]
         words += ["--parent", str(_output(folder, before, row.parent))]
-    if row.stage in THREADED:
+    if row.stage in FLOWING:
         words += ["--threads", str(threads)]
     record = failure_path(output.parent / CHECKPOINTS, row.id)
     with (progress_report if progress else silent_report)(row.stage) as report:

@@ -20,6 +20,7 @@ from softslip.analysis.figures.drawing import (
 )
 from softslip.analysis.figures.membranes import conditions
 from softslip.analysis.figures.shown import quantity, show
+from softslip.analysis.figures.velocity import draw_normalised, frame_profiles
 from softslip.analysis.observables import mean_profile, steady_state, yielding_time
 from softslip.analysis.observables.steady import FLAGS, VERDICT_NAMES
 from softslip.analysis.observables.tables import creep
@@ -133,22 +134,15 @@ def velocity_profile(run: xr.Dataset) -> Figure:
     """
     profile = mean_profile(run)
     figure, ((axes,),) = grid_of_panels(1, 1, width=NARROW, height=NARROW)
-    position, velocity, error = (
-        profile[name].values
-        for name in ("normalised_position", "normalised_velocity", "normalised_velocity_error")
-    )
-    axes.plot(position, velocity, color=COLOURS[0])
-    if np.isfinite(error).any():
-        low, high = velocity - error, velocity + error
-        axes.fill_between(position, low, high, color=COLOURS[0], alpha=0.2, linewidth=0)
-    axes.plot([0, 1], [0, 1], color="0.5", linestyle=":", linewidth=0.8, zorder=0)
-    axes.set(xlim=(0, 1), ylim=(-0.02, 1.02))
-    axes.set(xlabel=r"$y_\mathrm{norm} = y/H$ [1]", ylabel=r"$v_\mathrm{norm}$ [1]")
+    draw_normalised(axes, profile, COLOURS[0])
+    frame_profiles(axes)
+    axes.set_ylabel(r"$v_\mathrm{norm}$ [1]")
     axes.set_title(", ".join(conditions(run)), loc="left")
     known = ("wall_distance", "normalised_position", "normalised_velocity")
     points = {name: quantity(profile[name]) for name in (*known, "normalised_velocity_error")}
     show(axes, "", "profile", points)
     used = int(profile["profiles_used"])
-    still = "the walls do not move" if not np.isfinite(velocity).any() else ""
+    moves = np.isfinite(profile["normalised_velocity"].values).any()
+    still = "" if moves else "the walls do not move"
     note(figure, still or f"mean of {used} profile" + "s" * (used != 1))
     return figure

@@ -89,8 +89,7 @@ def _draw_row(cell: xr.Dataset, wanted: float, left: Axes, right: Axes) -> None:
         (right, named("stress", stresses[nearest])),
     )
     for axes, title in titles:
-        axes.plot([0, 1], [0, 1], color="0.5", linestyle=":", linewidth=0.8, zorder=0)
-        axes.set(xlim=(0, 1), ylim=(-0.02, 1.02), xlabel=r"$y_\mathrm{norm} = y/H$ [1]")
+        frame_profiles(axes)
         axes.set_title(title)
     if right.get_legend_handles_labels()[1]:
         right.legend(loc="upper left")
@@ -99,14 +98,33 @@ def _draw_row(cell: xr.Dataset, wanted: float, left: Axes, right: Axes) -> None:
 def _draw_profile(
     axes: Axes, line: xr.Dataset, colour: Any, label: str, width: float = 1.1
 ) -> None:
-    velocity = line["normalised_velocity"].values
-    if not np.isfinite(velocity).any():
+    if not np.isfinite(line["normalised_velocity"].values).any():
         return
     style = "-" if bool(line["steady_wall"]) else LINES[1]
-    position = line["normalised_position"].values
-    look = {"color": colour, "linestyle": style, "linewidth": width}
-    axes.plot(position, velocity, label=label or None, **look)
-    error = line["normalised_velocity_error"].values
+    draw_normalised(axes, line, colour, linestyle=style, linewidth=width, label=label or None)
+
+
+def frame_profiles(axes: Axes) -> None:
+    """Give a panel of normalised profiles its limits and the dotted line of flow without slip."""
+    axes.plot([0, 1], [0, 1], color="0.5", linestyle=":", linewidth=0.8, zorder=0)
+    axes.set(xlim=(0, 1), ylim=(-0.02, 1.02), xlabel=r"$y_\mathrm{norm} = y/H$ [1]")
+
+
+def draw_normalised(axes: Axes, profile: xr.Dataset, colour: Any, **look: Any) -> None:
+    """Draw a normalised profile with a band of its standard error.
+
+    Parameters
+    ----------
+    axes
+        Where.
+    profile
+        From `analysis.observables.mean_profile`, or one of a table of them.
+    colour, look
+        Of the line.
+    """
+    names = ("normalised_position", "normalised_velocity", "normalised_velocity_error")
+    position, velocity, error = (profile[name].values for name in names)
+    axes.plot(position, velocity, color=colour, **look)
     if np.isfinite(error).any():
         low, high = velocity - error, velocity + error
         axes.fill_between(position, low, high, color=colour, alpha=0.2, linewidth=0)

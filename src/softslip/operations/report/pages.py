@@ -2,6 +2,7 @@
 
 import base64
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 
 from softslip.analysis.comparison_markdown import HEAD, compared_rows
@@ -70,26 +71,29 @@ def comparison_page(source: Path) -> bytes:
     return page("Beside the paper", "\n".join(parts))
 
 
-def accuracy_page(source: Path) -> bytes:
-    """Return the page of how accurate the numerics are, from the datasets of a study.
+def study_page(title: str, parts: Mapping[str, tuple[str, str]], source: Path) -> bytes:
+    """Return a page with the tables of some parts of a study, from its datasets.
+
+    Parameters
+    ----------
+    title
+        Of the page.
+    parts
+        Such as `ACCURACY`.
+    source
+        Folder of the datasets.
 
     Raises
     ------
     DatasetError
         When a dataset is missing or damaged.
     """
-    return page("How accurate the numerics are", _from_study(source, ACCURACY))
-
-
-def stability_page(source: Path) -> bytes:
-    """Return the page of where the scheme is stable, from the datasets of a study.
-
-    Raises
-    ------
-    DatasetError
-        When a dataset is missing or damaged.
-    """
-    return page("Where the scheme is stable", _from_study(source, STABILITY))
+    blocks = blocks_of(source)
+    found = [paragraph(f"From the datasets in {source}; docs/accuracy.md says more.")]
+    for name, (section, words) in parts.items():
+        found += [heading(section), *([paragraph(words)] if words else [])]
+        found.append(from_markdown(blocks[name]))
+    return page(title, "\n".join(found))
 
 
 def movie_page(source: Path) -> bytes:
@@ -113,8 +117,8 @@ def movie_page(source: Path) -> bytes:
 
 PAGES: Mapping[str, Callable[[Path], bytes]] = {
     "comparison": comparison_page,
-    "accuracy": accuracy_page,
-    "stability": stability_page,
+    "accuracy": partial(study_page, "How accurate the numerics are", ACCURACY),
+    "stability": partial(study_page, "Where the scheme is stable", STABILITY),
     "movie": movie_page,
 }
 """What makes each page, from a dataset, the folder of a study, or a movie."""
@@ -133,13 +137,3 @@ def write_page(name: str, source: Path, path: Path) -> None:
     content = PAGES[name](source)
     with replacing(path) as temporary:
         temporary.write_bytes(content)
-
-
-def _from_study(source: Path, parts: Mapping[str, tuple[str, str]]) -> str:
-    """Return sections with the tables of a study's parts."""
-    blocks = blocks_of(source)
-    found = [paragraph(f"From the datasets in {source}; docs/accuracy.md says more.")]
-    for name, (title, words) in parts.items():
-        found += [heading(title), *([paragraph(words)] if words else [])]
-        found.append(from_markdown(blocks[name]))
-    return "\n".join(found)

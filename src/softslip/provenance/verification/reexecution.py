@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from softslip.config.scenario import FOLDER as SCENARIOS
+from softslip.config.stages import FLOWING
 from softslip.errors import CheckpointError, DatasetError
 from softslip.files.layout import CHECKPOINTS, FIGURE
 from softslip.files.products import DATASETS, PAGES, TABLES
@@ -30,9 +31,6 @@ from softslip.simulation.checkpoint import SUFFIX, read_header
 
 WHOLE, STRETCH = "whole", "last stretch"
 """How much of a result is recomputed."""
-
-THREADED = ("ageing", "shear")
-"""Stages with threads and checkpoints."""
 
 FAILED = "failed"
 """Verdict on what could not be rerun."""
@@ -142,7 +140,7 @@ def _task(folder: Path, name: str, product: Product, stretch: bool) -> Rerun:
 
 def _checkpoint(folder: Path, product: Product) -> tuple[Path, float] | None:
     """Return a checkpoint that a run has left for this code, and the share of it that is left."""
-    if product.stage not in THREADED:
+    if product.stage not in FLOWING:
         return None
     path = (
         folder / product.stage / CHECKPOINTS / f"{product.run}.{fingerprint(product.stage)}{SUFFIX}"
@@ -243,7 +241,7 @@ def _command(rerun: Rerun, scenario: Path, results: Path, work: Path, output: Pa
     words = [product.stage, str(scenario), product.run, *end]
     if parents:
         words += ["--parent", *parents]
-    if product.stage in THREADED:
+    if product.stage in FLOWING:
         words += ["--threads", str(product.provenance["threads"])]
     return [*words, "--resume"] if rerun.checkpoint is not None else words
 
