@@ -4,17 +4,9 @@ from pathlib import Path
 import pytest
 
 from softslip.errors import ConfigError, DatasetError
+from softslip.files.publication import blocks_in
 from softslip.files.storage import read_dataset
-from softslip.studies.publish import (
-    CHOICES,
-    DOCUMENT,
-    PUBLISHED,
-    blocks_in,
-    blocks_of,
-    choices_text,
-    publish,
-    with_blocks,
-)
+from softslip.studies.publish import CHOICES, NUMERICS, blocks_of, choices_text, publish
 from softslip.studies.study import load_study
 from softslip.studies.tradeoff.choices import choices
 from softslip.studies.tradeoff.members import members_of
@@ -74,37 +66,22 @@ def test_a_study_that_is_not_there_is_refused_with_those_that_are(project, name)
         load_study(name)
 
 
-def test_blocks_are_replaced_and_nothing_else():
-    document = "before\n<!-- begin a: generated -->\nold\n<!-- end a -->\nafter\n"
-    once = with_blocks(document, {"a": "new \\1"})
-    assert blocks_in(once) == {"a": "new \\1"}
-    assert once.startswith("before\n")
-    assert once.endswith("after\n")
-    assert with_blocks(once, {"a": "new \\1"}) == once
-
-
-@pytest.mark.parametrize("document", ["", "<!-- begin a: generated -->\n<!-- end a -->\n" * 2])
-def test_a_document_that_has_lost_a_block_is_refused(document):
-    with pytest.raises(ConfigError, match="a"):
-        with_blocks(document, {"a": "new"})
-
-
 def test_an_unfinished_study_is_not_published(tmp_path):
-    with pytest.raises(DatasetError, match="is missing"):
+    with pytest.raises(DatasetError, match="is missing; first finish the study"):
         publish(tmp_path, tmp_path)
     assert not list(tmp_path.iterdir())
 
 
 def test_the_document_has_the_tables_of_what_is_published():
-    document = (ROOT / DOCUMENT).read_text(encoding="utf-8")
-    assert blocks_in(document) == blocks_of(ROOT / PUBLISHED)
+    document = (ROOT / NUMERICS.document).read_text(encoding="utf-8")
+    assert blocks_in(document) == blocks_of(ROOT / NUMERICS.folder)
 
 
 def test_the_choices_are_those_of_the_published_trade():
-    rows = choices(read_dataset(ROOT / PUBLISHED / "tradeoff.nc", stage="tradeoff"))
+    rows = choices(read_dataset(ROOT / NUMERICS.folder / "tradeoff.nc", stage="tradeoff"))
     assert (ROOT / CHOICES).read_text(encoding="utf-8") == choices_text(rows)
 
 
 def test_no_cell_of_the_published_map_is_wrong():
-    stability = read_dataset(ROOT / PUBLISHED / "stability_map.nc", stage="stability_map")
+    stability = read_dataset(ROOT / NUMERICS.folder / "stability_map.nc", stage="stability_map")
     assert set(stability["verdict"].values) == {"correct", "stopped"}

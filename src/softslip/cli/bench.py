@@ -164,3 +164,17 @@ def bench_trajectory_command(
         particles, stress, duration, fidelity, ageing=ageing, tell=_tell, watch=progress_report
     )
     _show_bench(result, as_json, output)
+
+
+@app.command(name="publish")
+@one_line_errors
+def bench_publish_command(
+    results: Annotated[
+        Path, typer.Argument(help="Folder of finished benchmarks.", readable=False)
+    ] = Path("results/bench"),
+) -> None:
+    """Copy benchmarks to results/published/bench, and write their tables in docs/performance.md."""
+    from softslip.studies.bench.bench_markdown import BENCH
+
+    for path in BENCH.write(results):
+        print(path)

@@ -12,7 +12,7 @@ from softslip.analysis.figures.saving import save_figure
 from softslip.errors import DatasetError
 from softslip.operations.report import pages
 from softslip.operations.report.pages import PAGES, write_page
-from softslip.studies.publish import PUBLISHED, blocks_of
+from softslip.studies.publish import NUMERICS, blocks_of
 
 LARGEST_FRAME = 2**21
 """Characters of an address up to which Chromium opens it within another page."""
@@ -33,8 +33,8 @@ def movie(tmp_path: Path) -> Path:
     ("name", "parts"), [("accuracy", pages.ACCURACY), ("stability", pages.STABILITY)]
 )
 def test_a_page_of_the_study_has_all_its_tables(name: str, parts: dict[str, object]) -> None:
-    written = PAGES[name](ROOT / PUBLISHED).decode()
-    blocks = blocks_of(ROOT / PUBLISHED)
+    written = PAGES[name](ROOT / NUMERICS.folder).decode()
+    blocks = blocks_of(ROOT / NUMERICS.folder)
     text = "\n".join(blocks[part] for part in parts)
     assert written.count("<table>") == len(re.findall(r"^\| ?[-:]+", text, re.M)) > 0
     rows = [line for line in text.splitlines() if line.startswith("|")]
@@ -44,7 +44,7 @@ def test_a_page_of_the_study_has_all_its_tables(name: str, parts: dict[str, obje
 
 
 def test_every_part_of_a_study_is_on_one_of_the_pages() -> None:
-    assert set(blocks_of(ROOT / PUBLISHED)) == pages.ACCURACY.keys() | pages.STABILITY.keys()
+    assert set(blocks_of(ROOT / NUMERICS.folder)) == pages.ACCURACY.keys() | pages.STABILITY.keys()
     assert not pages.ACCURACY.keys() & pages.STABILITY.keys()
 
 

@@ -1,4 +1,4 @@
-"""Tables of the benchmarks in Markdown, for the documents, from their datasets alone."""
+"""The table of what the elements of a scene cost, in Markdown, from its dataset alone."""
 
 import xarray as xr
 

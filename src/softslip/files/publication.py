@@ -1,0 +1,105 @@
+"""Results that are published: copies in the project, and the document whose tables they give."""
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from softslip.errors import ConfigError, DatasetError
+from softslip.files.storage import replacing
+
+Blocks = Mapping[str, str]
+"""Generated parts of a document by name."""
+
+
+@dataclass(frozen=True)
+class Publication:
+    """What is published of a folder of results, and where.
+
+    Attributes
+    ----------
+    folder
+        Folder of the copies, below the project's.
+    document
+        Document with the generated parts, below the project's folder.
+    files
+        Patterns of the published files, below the folder of results; each finds at least one.
+    made_by
+        Command that makes them.
+    blocks
+        Generated parts of the document from such a folder.
+    """
+
+    folder: Path
+    document: Path
+    files: tuple[str, ...]
+    made_by: str
+    blocks: Callable[[Path], Blocks]
+
+    def write(self, results: Path, root: Path = Path()) -> list[Path]:
+        """Copy finished results into the project, and rewrite what the document has of them.
+
+        Returns
+        -------
+        list of Path
+            What was written.
+
+        Raises
+        ------
+        DatasetError
+            When a file is missing or unreadable; then nothing is written.
+        ConfigError
+            When the document has lost a part.
+        """
+        sources = self._sources(results)
+        text = (root / self.document).read_text(encoding="utf-8")
+        document = with_blocks(text, self.blocks(results))
+        written = []
+        for source in sources:
+            target = root / self.folder / source.relative_to(results)
+            replace(target, source.read_bytes())
+            written.append(target)
+        replace(root / self.document, document.encode())
+        return [*written, root / self.document]
+
+    def _sources(self, results: Path) -> list[Path]:
+        """Return the files that are published, in a fixed order."""
+        found = []
+        for pattern in self.files:
+            matching = sorted(results.glob(pattern))
+            if not matching:
+                raise DatasetError(f"{results / pattern}: is missing; first {self.made_by}")
+            found += matching
+        return found
+
+
+def with_blocks(document: str, blocks: Blocks) -> str:
+    """Return a document with its generated parts replaced.
+
+    Raises
+    ------
+    ConfigError
+        When the document does not have each part's two marks once.
+    """
+    for name, text in blocks.items():
+        begin, end = f"<!-- begin {name}: generated -->", f"<!-- end {name} -->"
+        pattern = re.escape(begin) + r"\n.*?" + re.escape(end)
+        whole = f"{begin}\n\n{text.strip()}\n\n{end}"
+        places = re.findall(pattern, document, flags=re.DOTALL)
+        if len(places) != 1:
+            limit = f"is generated for {len(places)} places of the document"
+            raise ConfigError("document", name, limit, f"keep one of {begin} ... {end}")
+        document = document.replace(places[0], whole)
+    return document
+
+
+def blocks_in(document: str) -> dict[str, str]:
+    """Return the generated parts that a document has, by name."""
+    pattern = r"<!-- begin (\w+): generated -->\n(.*?)<!-- end \1 -->"
+    return {name: text.strip() for name, text in re.findall(pattern, document, flags=re.DOTALL)}
+
+
+def replace(path: Path, content: bytes) -> None:
+    """Write a file that appears whole or not at all."""
+    with replacing(path) as temporary:
+        temporary.write_bytes(content)
