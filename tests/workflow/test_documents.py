@@ -59,7 +59,7 @@ LONG = re.compile(r"snakemake.* (numerics|bench)\b|scenario=(desk|paper)\b")
 SOLVED = re.compile(r"softslip validate \w")
 """Commands that solve a flow."""
 
-NAMED = re.compile(r"softslip( \w+( --[a-z-]+)?)?$|softslip numerics \w+$")
+NAMED = re.compile(r"softslip( \w+( --[a-z-]+)?)?$|softslip (numerics|bench) \w+$")
 """Names of commands, in a text on something else."""
 
 
