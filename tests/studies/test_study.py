@@ -1,18 +1,16 @@
 import itertools
-from pathlib import Path
 
 import pytest
+from projects import ROOT
 
 from softslip.errors import ConfigError, DatasetError
 from softslip.files.publication import blocks_in
 from softslip.files.storage import read_dataset
-from softslip.studies.publish import CHOICES, NUMERICS, blocks_of, choices_text, publish
+from softslip.studies.publish import CHOICES, NUMERICS, blocks_of, choices_text
 from softslip.studies.study import load_study
 from softslip.studies.tradeoff.choices import choices
 from softslip.studies.tradeoff.members import members_of
 from softslip.studies.validation import CASES
-
-ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture
@@ -68,7 +66,7 @@ def test_a_study_that_is_not_there_is_refused_with_those_that_are(project, name)
 
 def test_an_unfinished_study_is_not_published(tmp_path):
     with pytest.raises(DatasetError, match="is missing; first finish the study"):
-        publish(tmp_path, tmp_path)
+        NUMERICS.write(tmp_path, tmp_path)
     assert not list(tmp_path.iterdir())
 
 

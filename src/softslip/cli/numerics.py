@@ -238,7 +238,7 @@ def publish(
     The tables in the generated blocks of docs/accuracy.md are replaced, and so are the settings
     that the key `accuracy` chooses from.
     """
-    from softslip.studies.publish import publish as publish_study
+    from softslip.studies.publish import NUMERICS
 
-    for path in publish_study(results):
+    for path in NUMERICS.write(results):
         print(path)

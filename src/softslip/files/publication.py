@@ -28,6 +28,8 @@ class Publication:
         Command that makes them.
     blocks
         Generated parts of the document from such a folder.
+    others
+        Text of further files that are made from such a folder, by their paths below the project's.
     """
 
     folder: Path
@@ -35,9 +37,10 @@ class Publication:
     files: tuple[str, ...]
     made_by: str
     blocks: Callable[[Path], Blocks]
+    others: Callable[[Path], Mapping[Path, str]] = lambda results: {}
 
     def write(self, results: Path, root: Path = Path()) -> list[Path]:
-        """Copy finished results into the project, and rewrite what the document has of them.
+        """Copy finished results into the project, and rewrite what is made from them.
 
         Returns
         -------
@@ -51,16 +54,18 @@ class Publication:
         ConfigError
             When the document has lost a part.
         """
-        sources = self._sources(results)
+        contents = {
+            self.folder / source.relative_to(results): source.read_bytes()
+            for source in self._sources(results)
+        }
         text = (root / self.document).read_text(encoding="utf-8")
-        document = with_blocks(text, self.blocks(results))
-        written = []
-        for source in sources:
-            target = root / self.folder / source.relative_to(results)
-            replace(target, source.read_bytes())
-            written.append(target)
-        replace(root / self.document, document.encode())
-        return [*written, root / self.document]
+        contents[self.document] = with_blocks(text, self.blocks(results)).encode()
+        for path, other in self.others(results).items():
+            contents[path] = other.encode()
+        for path, content in contents.items():
+            with replacing(root / path) as temporary:
+                temporary.write_bytes(content)
+        return [root / path for path in contents]
 
     def _sources(self, results: Path) -> list[Path]:
         """Return the files that are published, in a fixed order."""
@@ -97,9 +102,3 @@ def blocks_in(document: str) -> dict[str, str]:
     """Return the generated parts that a document has, by name."""
     pattern = r"<!-- begin (\w+): generated -->\n(.*?)<!-- end \1 -->"
     return {name: text.strip() for name, text in re.findall(pattern, document, flags=re.DOTALL)}
-
-
-def replace(path: Path, content: bytes) -> None:
-    """Write a file that appears whole or not at all."""
-    with replacing(path) as temporary:
-        temporary.write_bytes(content)

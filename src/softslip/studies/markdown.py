@@ -2,10 +2,19 @@
 
 from collections.abc import Iterable, Sequence
 
+import numpy as np
+
 from softslip.messages import table_row
 
 LEFT, RIGHT = "---", "---:"
 """How a column is aligned."""
+
+SYMBOLS = {
+    "slip_velocity": "V_s",
+    "shear_rate_wall": "γ̇_wall",
+    "shear_rate_bulk": "γ̇_bulk",
+}
+"""How quantities are written."""
 
 
 def markdown_table(
@@ -24,3 +33,10 @@ def markdown_table(
     """
     rule = [LEFT] * len(header) if alignment is None else alignment
     return "\n".join(map(table_row, (header, rule, *rows)))
+
+
+def percent(value: float) -> str:
+    """Return a share in per cent with two digits, or a dash."""
+    if not np.isfinite(value):
+        return "–"
+    return f"{100 * value:.2g} %" if abs(value) < 0.995 else f"{100 * value:.0f} %"

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from softslip.files.publication import Publication, replace
+from softslip.files.publication import Publication
 from softslip.files.storage import read_dataset
 from softslip.studies.bench.elements_markdown import elements_table
 from softslip.studies.coverage.coverage_markdown import coverage_tables
@@ -56,6 +56,17 @@ def blocks_of(results: Path) -> dict[str, str]:
     return {name: make().strip() for name, make in makers.items()}
 
 
+def choices_text(rows: list[dict[str, Any]]) -> str:
+    """Return the file that the key `accuracy` chooses from."""
+    return json.dumps({"rows": rows}, indent=1) + "\n"
+
+
+def _choices(results: Path) -> dict[Path, str]:
+    """Return the settings that the key `accuracy` chooses from, as measured by a study."""
+    tradeoff = read_dataset(results / "tradeoff.nc", stage="tradeoff")
+    return {CHOICES: choices_text(choices(tradeoff))}
+
+
 NUMERICS = Publication(
     folder=Path("results/published/numerics"),
     document=Path("docs/accuracy.md"),
@@ -66,21 +77,6 @@ NUMERICS = Publication(
     ),
     made_by="finish the study with snakemake numerics",
     blocks=blocks_of,
+    others=_choices,
 )
 """What is published of a study of the numerics."""
-
-
-def publish(results: Path, root: Path = Path()) -> list[Path]:
-    """Publish a finished study, and rewrite the settings that the key `accuracy` chooses from.
-
-    Returns and raises what `Publication.write` does.
-    """
-    written = NUMERICS.write(results, root)
-    rows = choices(read_dataset(results / "tradeoff.nc", stage="tradeoff"))
-    replace(root / CHOICES, choices_text(rows).encode())
-    return [*written, root / CHOICES]
-
-
-def choices_text(rows: list[dict[str, Any]]) -> str:
-    """Return the file that the key `accuracy` chooses from."""
-    return json.dumps({"rows": rows}, indent=1) + "\n"

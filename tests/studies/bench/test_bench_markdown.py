@@ -1,13 +1,11 @@
-from pathlib import Path
-
 import pytest
+from projects import ROOT
 
 from softslip.errors import DatasetError
 from softslip.files.publication import blocks_in
 from softslip.files.storage import read_dataset
-from softslip.studies.bench.bench_markdown import BENCH, bench_blocks, schemes_table
+from softslip.studies.bench.bench_markdown import BENCH, KINDS, bench_blocks, schemes_table
 
-ROOT = Path(__file__).parents[3]
 PUBLISHED = ROOT / BENCH.folder
 
 
@@ -17,11 +15,11 @@ def test_the_document_has_the_tables_of_what_is_published():
 
 
 def test_a_ratio_is_that_of_the_two_costs_above_it():
-    runs, mobilities = (
-        [read_dataset(PUBLISHED / f"{kind}_{count}.nc", stage="bench") for count in (100, 800)]
-        for kind in ("run", "mobility")
-    )
-    table = schemes_table(runs, mobilities)
+    sizes = [
+        {kind: read_dataset(PUBLISHED / f"{kind}_{count}.nc", stage="bench") for kind in KINDS}
+        for count in (100, 800)
+    ]
+    table = schemes_table(sizes)
     rows = [line.strip("| ").split(" | ") for line in table.splitlines()]
     assert rows[0] == ["What", "100 particles", "800 particles"]
     paper, level, ratio = ([float(cell) for cell in row[1:]] for row in rows[2:5])

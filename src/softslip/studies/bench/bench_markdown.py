@@ -1,14 +1,14 @@
 """Tables of the benchmarks in Markdown for the document, from their datasets alone."""
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import xarray as xr
 
 from softslip.files.publication import Publication
 from softslip.files.storage import read_dataset
-from softslip.studies.markdown import LEFT, RIGHT, markdown_table
+from softslip.studies.markdown import LEFT, RIGHT, SYMBOLS, markdown_table, percent
 
 PARTS = {
     "spread": "spread",
@@ -22,40 +22,34 @@ PARTS = {
 }
 """Heads of the parts of an evaluation."""
 
-TRAJECTORY = {"shear_rate_wall": "γ̇_wall", "shear_rate_bulk": "γ̇_bulk", "slip_velocity": "V_s"}
-"""Quantities of the trajectories, as they are written."""
+KINDS = ("run", "mobility")
+"""Benchmarks at one size each that the table of the schemes is made from."""
 
-_DIFFERENCES = ("grid_difference", "seed_difference")
-
-Value = Callable[[xr.Dataset, xr.Dataset], str]
-"""A cell from the benchmark of a run and that of the mobility, at the same number of particles."""
-
-
-def _of_run(name: str, form: str = ".3g") -> Value:
-    return lambda run, mobility: format(float(run[name]), form)
-
-
-def _of_mobility(name: str, form: str = ".2g") -> Value:
-    return lambda run, mobility: format(float(mobility[name]), form)
-
-
-ROWS: dict[str, Value] = {
-    "core-seconds per time unit, paper's scheme": _of_run("paper_core_seconds"),
-    "core-seconds per time unit, `standard`": _of_run("level_core_seconds"),
-    "ratio": _of_run("ratio", ".0f"),
-    "evaluations per time unit, `standard`": _of_run("level_evaluations"),
-    "steps per time unit, `standard`": _of_run("level_steps"),
-    "γ̇_wall of `standard` over the paper's scheme, same stretch": _of_run(
-        "rate_difference", "+.1%"
-    ),
-    "evaluation of the mobility, `paper` on its own nodes, ratio": _of_mobility("own_ratio"),
-    "rms velocity error of `paper` on its own nodes": _of_mobility("own_rms_error"),
-    "the same on the paper's nodes (smooth forces)": _of_mobility("rms_error"),
-    "the same with the forces of a packing": _of_mobility("real_rms_error"),
-    "peak memory of running, paper's scheme [MiB]": _of_run("paper_peak_memory", ".0f"),
-    "peak memory of running, `standard` [MiB]": _of_run("level_peak_memory", ".0f"),
+DIFFERENCES = {
+    "grid_difference": "mesh against `paper`",
+    "seed_difference": "another packing against `paper`",
 }
-"""Rows of the table that sets the schemes beside each other."""
+"""Differences of trajectories, and what they are between."""
+
+ROWS: dict[str, tuple[str, str, str]] = {
+    "core-seconds per time unit, paper's scheme": ("run", "paper_core_seconds", ".3g"),
+    "core-seconds per time unit, `standard`": ("run", "level_core_seconds", ".3g"),
+    "ratio": ("run", "ratio", ".0f"),
+    "evaluations per time unit, `standard`": ("run", "level_evaluations", ".3g"),
+    "steps per time unit, `standard`": ("run", "level_steps", ".3g"),
+    "γ̇_wall of `standard` over the paper's scheme, same stretch": (
+        "run",
+        "rate_difference",
+        "+.1%",
+    ),
+    "evaluation of the mobility, `paper` on its own nodes, ratio": ("mobility", "own_ratio", ".2g"),
+    "rms velocity error of `paper` on its own nodes": ("mobility", "own_rms_error", ".2g"),
+    "the same on the paper's nodes (smooth forces)": ("mobility", "rms_error", ".2g"),
+    "the same with the forces of a packing": ("mobility", "real_rms_error", ".2g"),
+    "peak memory of running, paper's scheme [MiB]": ("run", "paper_peak_memory", ".0f"),
+    "peak memory of running, `standard` [MiB]": ("run", "level_peak_memory", ".0f"),
+}
+"""Rows of the table that sets the schemes beside each other: benchmark, figure and its format."""
 
 
 def bench_blocks(results: Path) -> dict[str, str]:
@@ -66,16 +60,16 @@ def bench_blocks(results: Path) -> dict[str, str]:
     DatasetError
         When a dataset is missing or unreadable.
     """
-    runs, mobilities = (
-        [read_dataset(results / f"{kind}_{count}.nc", stage="bench") for count in (100, 800)]
-        for kind in ("run", "mobility")
-    )
+    sizes = [
+        {kind: read_dataset(results / f"{kind}_{count}.nc", stage="bench") for kind in KINDS}
+        for count in (100, 800)
+    ]
     scaling, trajectory = (
         read_dataset(results / f"{name}.nc", stage="bench") for name in ("scaling", "trajectory")
     )
     return {
         "measured": measured_at(scaling),
-        "schemes": schemes_table(runs, mobilities),
+        "schemes": schemes_table(sizes),
         "trajectories": trajectories_table(trajectory),
         "parts": parts_table(scaling),
     }
@@ -89,28 +83,29 @@ def measured_at(dataset: xr.Dataset) -> str:
     return f"Measured at commit {commit} on {day}; processor: {record['processor']}."
 
 
-def schemes_table(runs: Sequence[xr.Dataset], mobilities: Sequence[xr.Dataset]) -> str:
-    """Return the table of the paper's scheme and the levels, a column for each size.
+def schemes_table(sizes: Sequence[Mapping[str, xr.Dataset]]) -> str:
+    """Return the table of the paper's scheme and the levels.
 
     Parameters
     ----------
-    runs, mobilities
-        Of `bench_run` and `bench_mobility`, in the same order of particles.
+    sizes
+        For each column the benchmarks `KINDS` at the same number of particles.
     """
-    pairs = list(zip(runs, mobilities, strict=True))
-    header = ["What", *(f"{int(run['particles'])} particles" for run in runs)]
-    rows = [[name, *(value(*pair) for pair in pairs)] for name, value in ROWS.items()]
-    return markdown_table(header, rows, [LEFT, *(RIGHT for _ in runs)])
+    header = ["What", *(f"{int(size['run']['particles'])} particles" for size in sizes)]
+    rows = [
+        [words, *(format(float(size[kind][name]), form) for size in sizes)]
+        for words, (kind, name, form) in ROWS.items()
+    ]
+    return markdown_table(header, rows, [LEFT, *(RIGHT for _ in sizes)])
 
 
 def trajectories_table(trajectory: xr.Dataset) -> str:
     """Return the differences of trajectories, of schemes and of packings, as a table."""
     rows = [
-        [symbol, *(f"{float(trajectory[key].sel(quantity=name)):.1%}" for key in _DIFFERENCES)]
-        for name, symbol in TRAJECTORY.items()
+        [symbol, *(percent(float(trajectory[key].sel(quantity=name))) for key in DIFFERENCES)]
+        for name, symbol in SYMBOLS.items()
     ]
-    header = ["", "mesh against `paper`", "another packing against `paper`"]
-    return markdown_table(header, rows, [LEFT, RIGHT, RIGHT])
+    return markdown_table(["", *DIFFERENCES.values()], rows, [LEFT, RIGHT, RIGHT])
 
 
 def parts_table(scaling: xr.Dataset) -> str:

@@ -7,15 +7,8 @@ import numpy as np
 import xarray as xr
 
 from softslip.config.fidelity import LEVELS
-from softslip.studies.markdown import markdown_table
+from softslip.studies.markdown import SYMBOLS, markdown_table, percent
 from softslip.studies.tradeoff.choices import choices, doubts
-
-SYMBOLS = {
-    "slip_velocity": "V_s",
-    "shear_rate_wall": "γ̇_wall",
-    "shear_rate_bulk": "γ̇_bulk",
-}
-"""How quantities are written."""
 
 WANTED = (0.3, 0.2, 0.1, 0.05, 0.03, 0.02, 0.01, 0.005)
 """Errors for which the settings to choose are listed."""
@@ -33,13 +26,6 @@ def accuracy_tables(tradeoff: xr.Dataset) -> str:
     if "steady_mean" in tradeoff:
         parts += [_steady(tradeoff), _run_lengths(tradeoff)]
     return "\n\n".join(part for part in parts if part) + "\n"
-
-
-def percent(value: float) -> str:
-    """Return a share in per cent with two digits, or a dash."""
-    if not np.isfinite(value):
-        return "–"
-    return f"{100 * value:.2g} %" if abs(value) < 0.995 else f"{100 * value:.0f} %"
 
 
 def _number(value: float, digits: int = 2) -> str:
