@@ -38,7 +38,8 @@ TABLE = [
     ("", "simulation.checkpoint_generations simulation.checkpointer simulation.end_state"),
     ("", "analysis studies studies.publish studies.study"),
     ("", "studies.stability.map_markdown studies.tradeoff"),
-    ("", "studies.validation.errors_markdown studies.bench.elements_markdown studies.markdown"),
+    ("", "studies.validation.errors_markdown studies.markdown"),
+    ("", "studies.bench.bench_markdown studies.bench.elements_markdown"),
     ("", "studies.tradeoff.choices studies.tradeoff.accuracy_markdown"),
     # These only collect names.
     ("", "analysis.observables studies.bench studies.stability"),
@@ -317,6 +318,7 @@ UNCOUNTED = {
     "simulation.checkpointer",
     "simulation.end_state",
     "analysis.comparison_markdown",
+    "studies.bench.bench_markdown",
     "studies.bench.elements_markdown",
     "studies.publish",
     "studies.stability.map_markdown",
