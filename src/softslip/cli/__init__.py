@@ -66,6 +66,12 @@ COMMANDS: Mapping[str, Mapping[str, str]] = {
         "crate": "Pack a scenario's results, and what they were made with, into a Workflow Run "
         "RO-Crate.",
     },
+    "publish": {
+        "effort": "Say what the finished runs of a scenario took beside the plan, and what set "
+        "their steps.",
+        "publish": "Copy a scenario's datasets and figures to results/published, and write "
+        "docs/results.md.",
+    },
     "validate": {
         "validate": "Solve a flow whose solution is known, and compare; fails when the error is "
         "too large.",

@@ -48,6 +48,11 @@ DESCRIPTIONS: Mapping[str, Description] = {
         OUTPUT,
     ),
     **{entry.name: Description(entry.summary, entry.level) for entry in DATASETS.values()},
+    "effort": Description(
+        "Processor time of the runs of a scenario beside its estimate, and what set the length of "
+        "their time steps.",
+        TEST,
+    ),
     "bench": Description(
         "Computing time, memory and accuracy of numerical schemes side by side.", TEST
     ),

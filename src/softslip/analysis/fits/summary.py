@@ -1,6 +1,7 @@
 """The fits in words, for a log or a terminal."""
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -68,25 +69,54 @@ def _told(fits: xr.Dataset, name: str, cell: dict[str, Any]) -> str:
 
 def _place(here: xr.DataArray, cell: dict[str, Any]) -> str:
     """Return where a cell is, in words."""
-    at = ", ".join(f"{dim} {here[dim].item()}" for dim in cell if dim in here.coords)
-    return f" ({at})" if at else ""
+    return ", ".join(f"{dim} {here[dim].item()}" for dim in cell if dim in here.coords)
 
 
-def _law_lines(fits: xr.Dataset, law: str) -> Iterator[str]:
-    """Yield a line for each cell of a law; one for all where they say alike that there is none."""
-    message_name, names = LAWS[law]
-    message = fits[message_name]
-    made = np.isfinite(fits[names[0]]).any()
-    words = set(message.values.ravel().tolist())
-    if len(words) == 1 and not made:
-        yield f"{law}: {words.pop()}"
-        return
-    for cell in _cells(message):
-        here = message.isel(cell)
-        said = str(here.item())
-        if np.isfinite(fits[names[0]].isel(cell).item()):
-            said = f"{said}: {', '.join(_told(fits, name, cell) for name in names)}"
-        yield f"{law}{_place(here, cell)}: {said}"
+@dataclass(frozen=True)
+class FitInWords:
+    """One fit of a law.
+
+    Attributes
+    ----------
+    law
+        What it is called.
+    place
+        Where it was made, such as ``roughness 0.59``; empty where it is the only one.
+    values
+        Parameters with their errors; empty where there is none.
+    message
+        "fitted", or why it was not or what it does not determine.
+    """
+
+    law: str
+    place: str
+    values: tuple[str, ...]
+    message: str
+
+
+def fits_in_words(fits: xr.Dataset) -> Iterator[FitInWords]:
+    """Yield every fit; one for all of a law where they say alike that there is none.
+
+    Parameters
+    ----------
+    fits
+        From `analysis.fits.fit_laws`.
+    """
+    for law, (message_name, names) in LAWS.items():
+        message = fits[message_name]
+        words = set(message.values.ravel().tolist())
+        if len(words) == 1 and not np.isfinite(fits[names[0]]).any():
+            yield FitInWords(law, "", (), words.pop())
+            continue
+        for cell in _cells(message):
+            here = message.isel(cell)
+            made = np.isfinite(fits[names[0]].isel(cell).item())
+            values = tuple(_told(fits, name, cell) for name in names) if made else ()
+            yield FitInWords(law, _place(here, cell), values, str(here.item()))
+
+
+def _line(law: str, place: str, said: str) -> str:
+    return f"{law} ({place}): {said}" if place else f"{law}: {said}"
 
 
 def _collapse_lines(flow_curve: xr.Dataset) -> Iterator[str]:
@@ -113,7 +143,7 @@ def _collapse_lines(flow_curve: xr.Dataset) -> Iterator[str]:
                 f"spread = {spread:.2g} of the rate, {ratio:.2g} times that of seeds, "
                 f"{expected:.2g} (chance {chance:.2g}), {here.item()} roughnesses"
             )
-        yield f"{law}{_place(here, cell)}: {said}"
+        yield _line(law, _place(here, cell), said)
 
 
 def summary(fits: xr.Dataset, flow_curve: xr.Dataset) -> str:
@@ -129,5 +159,8 @@ def summary(fits: xr.Dataset, flow_curve: xr.Dataset) -> str:
     flow_curve
         From `analysis.observables.flow_curve`, which it was fitted to.
     """
-    lines = [line for law in LAWS for line in _law_lines(fits, law)]
+    lines = [
+        _line(fit.law, fit.place, ": ".join(filter(None, (fit.message, ", ".join(fit.values)))))
+        for fit in fits_in_words(fits)
+    ]
     return "\n".join([*lines, *_collapse_lines(flow_curve)])

@@ -1,0 +1,119 @@
+"""Tables on the results of a scenario in Markdown for a document, from their datasets alone."""
+
+from collections.abc import Mapping
+
+import xarray as xr
+
+from softslip.analysis.fits.summary import fits_in_words
+from softslip.config.scenario import Scenario
+from softslip.messages import counted, duration
+from softslip.provenance.attribution import read_provenance
+from softslip.studies.markdown import LEFT, RIGHT, markdown_table
+
+CAUSES: Mapping[str, str] = {
+    "error": "the accepted error",
+    "film": "a film that closes",
+    "motion": "the motion of the nodes",
+    "record": "a time to be recorded",
+    "longest": "the longest step",
+    "stiffness": "stiffness",
+}
+"""What sets the length of a step, in words."""
+
+HOUR = 3600.0
+
+
+def scope_text(scenario: Scenario, flow_curve: xr.Dataset, effort: xr.Dataset) -> str:
+    """Return which runs a scenario asks for, how many are done, and by which code.
+
+    Parameters
+    ----------
+    scenario
+        What was asked for.
+    flow_curve
+        Of its runs.
+    effort
+        From `operations.effort`.
+    """
+    shear = effort.sel(stage="shear")
+    planned, done, failed = (int(shear[each]) for each in ("runs", "runs_done", "runs_failed"))
+    rows = [
+        [f"`{axis.path}`", ", ".join(f"{value}" for value in axis.values)] for axis in scenario.axes
+    ]
+    record = read_provenance(flow_curve.attrs)
+    said = f"{done} of {counted(planned, 'run')} done"
+    if failed:
+        said += f", {failed} failed"
+    made = f"analysed at commit {record['commit'][:7]} on {record['ended'].split('T')[0]}"
+    table = markdown_table(["Axis", "Values"], rows)
+    return f"Scenario `{scenario.name}`: {said}; {made}.\n\n{table}"
+
+
+def laws_table(fits: xr.Dataset) -> str:
+    """Return every fit as a row: its law, where it was made, parameters with errors, message.
+
+    Parameters
+    ----------
+    fits
+        From `analysis.fits.fit_laws`.
+    """
+    rows = [
+        [fit.law, fit.place, "; ".join(f"`{value}`" for value in fit.values), fit.message]
+        for fit in fits_in_words(fits)
+    ]
+    return markdown_table(["Law", "Where", "Parameters", "Fit"], rows)
+
+
+def effort_table(effort: xr.Dataset) -> str:
+    """Return what each stage took beside its estimate, and what set the length of time steps.
+
+    Parameters
+    ----------
+    effort
+        From `operations.effort`.
+    """
+    header = [
+        "Stage", "Done", "Of", "Core-hours", "Estimated", "Ratio", "Single runs", "Resumed",
+        "Ended early", "Failed",
+    ]  # fmt: skip
+    rows = [_effort_row(effort.sel(stage=stage)) for stage in effort["stage"].values]
+    table = markdown_table(header, rows, [LEFT, *[RIGHT] * (len(header) - 1)])
+    return f"{table}\n\n{_steps_text(effort.sel(stage='shear'))}"
+
+
+def _effort_row(stage: xr.Dataset) -> list[str]:
+    spent, estimated = float(stage["core_seconds"]), float(stage["estimated_core_seconds"])
+    least, largest = float(stage["least_ratio"]), float(stage["largest_ratio"])
+    done = int(stage["runs_done"])
+    counts = [str(int(stage[name])) for name in ("restarts", "ended_early", "runs_failed")]
+    return [
+        str(stage["stage"].item()),
+        str(done),
+        str(int(stage["runs"])),
+        f"{spent / HOUR:.2f}",
+        f"{estimated / HOUR:.2f}",
+        f"{spent / estimated:.2f}" if done else "–",
+        f"{least:.2f} to {largest:.2f}" if done else "–",
+        *counts,
+    ]
+
+
+def _steps_text(shear: xr.Dataset) -> str:
+    """Return how long runs took, and what set the length of their steps."""
+    done, steps = int(shear["runs_done"]), int(shear["steps"])
+    if not (done and steps):
+        return "No run is done."
+    mean = duration(float(shear["core_seconds"]) / done)
+    shares = sorted(
+        (
+            (float(shear["steps_set"].sel(cause=cause)) / steps, words)
+            for cause, words in CAUSES.items()
+        ),
+        reverse=True,
+    )
+    told = ", ".join(f"{words} {share:.0%}" for share, words in shares if share >= 0.005)
+    return (
+        f"A run took {mean} of one core on average, {steps / done:.0f} steps and "
+        f"{int(shear['evaluations']) / done:.0f} evaluations. What set the length of a step: "
+        f"{told}."
+    )

@@ -1,0 +1,59 @@
+"""What is published of a scenario is a copy of its results, and its document says what they say."""
+
+from pathlib import Path
+
+import pytest
+from small_results import NAME, call, results, source
+
+from softslip.files.products import DATASETS
+from softslip.files.publication import blocks_in
+from softslip.files.storage import read_dataset
+from softslip.operations.publish import DOCUMENT, PUBLISHED
+
+__all__ = ["results"]
+
+PARTS = tuple(f"{NAME}_{part}" for part in ("scope", "comparison", "laws", "effort"))
+
+
+@pytest.fixture
+def project(results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Change to a folder with a document that has a place for each part."""
+    document = tmp_path / DOCUMENT
+    document.parent.mkdir()
+    marks = (f"<!-- begin {part}: generated -->\n\n<!-- end {part} -->" for part in PARTS)
+    document.write_text("# Results\n\n" + "\n\n".join(marks) + "\n")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_results_are_copied_and_told(project, results):
+    assert not call(["publish", source(results), "--results", results])
+    folder = project / PUBLISHED / NAME
+    for name in (*DATASETS, "effort"):
+        copy = folder / f"{name}.nc"
+        assert copy.read_bytes() == (results / f"{name}.nc").read_bytes()
+        read_dataset(copy, stage=name, run=NAME)
+    assert {path.name for path in folder.glob("figures/*")} == {
+        path.name for path in results.glob("figures/*.*")
+    }
+    told = blocks_in((project / DOCUMENT).read_text())
+    assert set(told) == set(PARTS)
+    assert "2 of 2 runs done" in told[f"{NAME}_scope"]
+    assert "`rheometer.stress` | 0.2, 0.4" in told[f"{NAME}_scope"]
+    assert told[f"{NAME}_effort"].count("\n| shear | 2 | 2 |") == 1
+    assert "| flow law, each roughness |" in told[f"{NAME}_laws"]
+    assert "0.055 ± 0.004" in told[f"{NAME}_comparison"]
+
+
+def test_publishing_again_changes_no_word(project, results):
+    assert not call(["publish", source(results), "--results", results])
+    once = (project / DOCUMENT).read_text()
+    assert not call(["publish", source(results), "--results", results])
+    assert (project / DOCUMENT).read_text() == once
+
+
+def test_what_is_not_finished_is_not_published(project, results):
+    (results / "comparison.nc").unlink()
+    said = call(["publish", source(results), "--results", results])
+    assert said
+    assert not (project / PUBLISHED).exists()
