@@ -19,10 +19,24 @@ from softslip.files.storage import read_dataset, write_dataset
 STRESSES = np.array([0.01, 0.05, 0.08, 0.1, 0.15, 0.2, 0.3, 0.5])
 
 
+FILM, LAYERS = 0.004, 0.02
+"""Slip velocity over stress by a film of solvent, and over stress above yield by layers."""
+
+
 def made_up(
-    yield_stress=0.055, consistency=0.6, index=0.57, error=0.03, seed=0, roughnesses=(0.0, 0.59)
+    yield_stress=0.055,
+    consistency=0.6,
+    index=0.57,
+    error=0.03,
+    seed=0,
+    roughnesses=(0.0, 0.59),
+    power=1.0,
+    film=FILM,
 ):
-    """A flow curve with Gaussian relative errors of the rate, below yield not steady."""
+    """A flow curve with Gaussian relative errors of the rate, below yield not steady.
+
+    Walls slip by a film, and above yield as a power of the stress once that is faster.
+    """
     random = np.random.default_rng(np.random.SeedSequence((seed, 11)))
     rows = []
     for _ in roughnesses:
@@ -30,8 +44,9 @@ def made_up(
         rows.append(np.where(rate > 0, rate * (1 + error * random.standard_normal(8)), 1e-6))
     rates = np.array(rows).T
     flowing = np.broadcast_to((yield_stress < STRESSES)[:, None], rates.shape)
-    excess = np.where(flowing, 0.02 * (STRESSES - yield_stress)[:, None], 0)
-    slip = np.where(flowing, excess, 0.004 * STRESSES[:, None])
+    excess = np.where(flowing, (STRESSES - yield_stress)[:, None], 0)
+    largest = excess.max()
+    slip = np.maximum(LAYERS * largest * (excess / largest) ** power, film * STRESSES[:, None])
     slip = slip * (1 + error * random.standard_normal(slip.shape))
     dims = ("stress", "roughness")
     return xr.Dataset(
@@ -43,7 +58,7 @@ def made_up(
             "slip_velocity_error": (dims, error * slip),
             "steady_slip": (dims, np.ones_like(flowing)),
             "status": (dims, np.full(rates.shape, "done")),
-            **powers_of(excess / 0.02, flowing, error, random),
+            **powers_of(excess, flowing, error, random),
         },
         coords={"stress": STRESSES, "roughness": list(roughnesses)},
     )
@@ -244,7 +259,7 @@ def test_slip_law_gives_back_both_coefficients():
     pulls = []
     for seed in range(60):
         found = slip_law(made_up(seed=seed), 0.055)
-        for name, truth in (("slip_coefficient", 0.02), ("newtonian_slip_coefficient", 0.004)):
+        for name, truth in (("slip_coefficient", LAYERS), ("newtonian_slip_coefficient", FILM)):
             pulls.extend(((found[name] - truth) / found[f"{name}_error"]).values)
     covered = np.mean(np.abs(pulls) < 1)
     assert 0.6 < covered < 0.92, f"one standard error covers {covered:.0%}, 68-80 % expected"
@@ -292,15 +307,29 @@ def test_the_exponent_of_no_slip_is_not_known():
 
 
 def test_linear_slip_is_told_from_quadratic():
-    curve = made_up(seed=6)
-    assert (slip_law(curve, 0.055)["slip_linear_evidence"] > 3).all()
-    square = curve.copy(deep=True)
-    flows = curve["steady_bulk"]
-    for name, factor in (("slip_velocity", 1.0), ("slip_velocity_error", 1.0)):
-        square[name] = curve[name].where(~flows, curve[name] * factor * (curve["stress"] - 0.055))
-    found = slip_law(square, 0.055)
+    assert (slip_law(made_up(seed=6), 0.055)["slip_linear_evidence"] > 3).all()
+    found = slip_law(made_up(seed=6, power=2.0), 0.055)
     assert (found["slip_linear_evidence"] < -3).all()
     assert found["slip_exponent"].values == pytest.approx([2.0, 2.0], abs=0.15)
+
+
+def test_a_film_is_slipped_by_until_layers_flow_faster():
+    curve = made_up(seed=8, error=0.01, film=0.6 * LAYERS)
+    with_film = slip_law(curve, 0.055, 0.002)
+    assert set(with_film["slip_coefficient_points"].values) == {len(STRESSES)}
+    above = slip_law(curve.isel(stress=STRESSES > 0.055), 0.055, 0.002)
+    said = above["slip_coefficient_message"].values.tolist()
+    assert all(each.startswith("the law does not describe the points") for each in said), said
+    assert with_film["slip_coefficient"].values == pytest.approx([LAYERS] * 2, rel=0.05)
+
+
+def test_what_slip_tells_of_the_yield_stress_is_no_evidence_for_its_exponent():
+    found = slip_law(
+        made_up(seed=9), np.nan, np.nan, linear_yield_stress=0.055, linear_yield_stress_error=0.01
+    )
+    assert set(found["slip_coefficient_message"].values) == {FITTED}
+    assert set(found["slip_exponent_message"].values) == {"the yield stress is not known"}
+    assert np.isnan(found["slip_linear_evidence"]).all()
 
 
 def test_powers_of_the_stress_are_found():
@@ -366,7 +395,7 @@ def test_slip_law_uses_the_fitted_yield_stress():
     offset, error = found["pooled_yield_stress"], found["pooled_yield_stress_error"]
     expected = slip_law(curve, offset, error)["slip_coefficient"]
     xr.testing.assert_identical(found["slip_coefficient"], expected)
-    bare = fit_laws(curve.isel(stress=slice(0, 5)))
+    bare = fit_laws(curve.isel(stress=slice(0, 5)).assign(steady_slip=curve["steady_bulk"]))
     assert set(bare["slip_coefficient_message"].values) == {"the yield stress is not known"}
 
 

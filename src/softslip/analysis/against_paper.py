@@ -1,7 +1,7 @@
 """The paper's numbers and ours, with the difference in standard errors: Dataset → Dataset."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -12,7 +12,7 @@ from softslip.analysis.fits.finite_size import SEPARATION
 from softslip.analysis.fits.points import DRIVES, FITTED, with_stress
 from softslip.analysis.observables import mean_over_seeds
 from softslip.analysis.paper import Reported
-from softslip.files.quantities import POOLED, described
+from softslip.files.quantities import JOINT, POOLED, described
 
 POOLED_DIMENSIONS = (*DRIVES, "roughness", "seed")
 """Dimensions over which the paper's numbers are meant; every other one stays."""
@@ -97,6 +97,20 @@ def _mean(values: xr.DataArray, errors: xr.DataArray, remark: str) -> FoundNumbe
     return FoundNumber(mean, error)
 
 
+def _critical_roughness(curve: xr.Dataset, fits: xr.Dataset) -> FoundNumber:
+    """Return β*, as well as the roughnesses tell: it is anywhere between the two around it."""
+    found = _fitted("critical_roughness", "critical_roughness_message")(curve, fits)
+    if not np.isfinite(found.value):
+        return found
+    low, high = _at_smoothest(fits)["critical_roughness_bracket"].values
+    between = (high - low) / 12**0.5
+    return replace(
+        found,
+        error=float(np.hypot(found.error, between)),
+        remark=f"between the roughnesses {low:g} and {high:g}",
+    )
+
+
 def _newtonian_length(curve: xr.Dataset, fits: xr.Dataset) -> FoundNumber:
     """Return the thickness of the film of solvent at smooth walls, over all stresses."""
     smoothest = _at_smoothest(curve)
@@ -155,12 +169,16 @@ COMPARED: Mapping[str, ComparedNumber] = {
     "flow_index": ComparedNumber(
         paper.FLOW_INDEX, _fitted("pooled_flow_index", "pooled_fit_message")
     ),
+    "joint_yield_stress": ComparedNumber(
+        paper.YIELD_STRESS, _fitted(f"{JOINT}yield_stress", f"{JOINT}fit_message")
+    ),
+    "joint_flow_index": ComparedNumber(
+        paper.FLOW_INDEX, _fitted(f"{JOINT}flow_index", f"{JOINT}fit_message")
+    ),
     "slip_exponent": ComparedNumber(
         paper.SLIP_EXPONENT, _fitted("slip_exponent", "slip_exponent_message")
     ),
-    "critical_roughness": ComparedNumber(
-        paper.CRITICAL_ROUGHNESS, _fitted("critical_roughness", "critical_roughness_message")
-    ),
+    "critical_roughness": ComparedNumber(paper.CRITICAL_ROUGHNESS, _critical_roughness),
     "heterogeneity_exponent": ComparedNumber(
         paper.HETEROGENEITY_EXPONENT, _pooled("heterogeneity_exponent")
     ),

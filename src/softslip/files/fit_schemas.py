@@ -3,7 +3,7 @@
 from dataclasses import replace
 from typing import Any
 
-from softslip.files.quantities import POOLED, unit_of
+from softslip.files.quantities import JOINT, POOLED, unit_of
 from softslip.files.schema import Schema, Variable, of_quantity
 from softslip.files.table_schemas import SHARED
 
@@ -66,6 +66,20 @@ def _law(name: str, prefix: str = "", **others: Any) -> dict[str, Variable]:
     return {**_quality(f"{prefix}{name}_", message, **others), **made}
 
 
+def _slip_law(name: str) -> dict[str, Variable]:
+    """Return the variables of a law of slip above yield, with or without a film."""
+    return {**_law(name), **of_quantity(f"{name}_film", kind="flag", swept=True)}
+
+
+def _flow_and_slip() -> dict[str, Variable]:
+    """Return the variables of the fit of flow and slip with one yield stress."""
+    message, slip = f"{JOINT}fit_message", ("slip_coefficient", "newtonian_slip_coefficient")
+    found = _flow_law(JOINT, **_POOLED)
+    for name in slip:
+        found |= _fitted(name, message, JOINT, **_POOLED)
+    return found | of_quantity(f"{JOINT}agreement", unknown=True, swept=True, least=0.0, **_POOLED)
+
+
 _POOLED: dict[str, Any] = {"pooled": ("roughness",)}
 
 # It follows from the slip coefficients, so that no deviation is left.
@@ -109,10 +123,11 @@ FITS = Schema(
     {
         **_flow_law(""),
         **_flow_law(POOLED, **_POOLED),
-        **_law("slip_coefficient"),
+        **_flow_and_slip(),
         **_law("newtonian_slip_coefficient"),
-        **_law("slip_exponent"),
-        **_law("slip_yield_stress"),
+        **_slip_law("slip_coefficient"),
+        **_slip_law("slip_exponent"),
+        **_slip_law("slip_yield_stress"),
         **of_quantity("slip_linear_evidence", unknown=True, infinite=True, swept=True),
         **_CRITICAL_ROUGHNESS,
         **of_quantity("critical_roughness_bracket", "end", unknown=True, swept=True, **_POOLED),

@@ -139,6 +139,7 @@ QUANTITIES: Mapping[str, DatasetQuantity] = {
         ("consistency", "stress unit * (time unit)^n", "Herschel-Bulkley consistency"),
         ("flow_index", "1", "Herschel-Bulkley flow index"),
         ("covariance", "products of the parameters' units", "covariance of the fit"),
+        ("agreement", "1", "chance of such a difference between the yield stresses of each alone"),
         ("slip_coefficient", SLIP, "slip velocity over stress above yield"),
         ("newtonian_slip_coefficient", SLIP, "slip velocity over stress, below yield"),
         ("slip_exponent", "1", "exponent of the slip velocity in the stress above yield"),
@@ -183,6 +184,12 @@ FORMER_UNITS: Mapping[str, str] = {"length unit2": AREA}
 POOLED = "pooled_"
 """Beginning of the names of what is fitted to all roughnesses together."""
 
+JOINT = "joint_"
+"""Beginning of the names of what is fitted to flow and slip together."""
+
+_TOGETHER = {POOLED: "all roughnesses together", JOINT: "flow and slip together"}
+"""What such beginnings of names mean."""
+
 _DERIVED: Mapping[str, tuple[str, str]] = {
     "_drift_error": ("1", "uncertainty of the relative change over the window: "),
     "_drift": ("1", "relative change over the window: "),
@@ -197,6 +204,7 @@ _DERIVED: Mapping[str, tuple[str, str]] = {
     "_bracket": ("", "neighbours among the values swept that enclose: "),
     "_reduced_chi_square": ("1", "squared deviation over its error, by freedom: "),
     "_points": ("1", "number of points fitted: "),
+    "_film": ("1", "whether a film of solvent was fitted beside it: "),
     "_message": ("1", "whether the law was fitted: "),
 }
 """Ends of the names of what is known of a quantity, their units, and how their meanings begin.
@@ -211,17 +219,17 @@ def dataset_quantity(name: str) -> DatasetQuantity | None:
     Parameters
     ----------
     name
-        Of a variable, also after `POOLED`.
+        Of a variable, also after `POOLED` or `JOINT`.
 
     Returns
     -------
     DatasetQuantity or None
         None where the table has no such quantity.
     """
-    single = name.removeprefix(POOLED)
-    if single != name:
-        found = dataset_quantity(single)
-        return found and DatasetQuantity(found.unit, f"{found.meaning}, all roughnesses together")
+    for prefix, words in _TOGETHER.items():
+        if name.startswith(prefix):
+            found = dataset_quantity(name.removeprefix(prefix))
+            return found and DatasetQuantity(found.unit, f"{found.meaning}, {words}")
     if name in QUANTITIES:
         return QUANTITIES[name]
     for end, (unit, words) in _DERIVED.items():

@@ -172,6 +172,7 @@ STRUCTURE = Schema(
 COMPARED = {
     **dict.fromkeys(("yield_stress", "flow_index", "slip_exponent", "critical_roughness"), ()),
     **dict.fromkeys(("heterogeneity_exponent", "newtonian_slip_length"), ()),
+    **dict.fromkeys(("joint_yield_stress", "joint_flow_index"), ()),
     **dict.fromkeys(("yielding_exponent", "yielding_time"), ()),
     "separation_effect": ("wall_separation",),
 }

@@ -33,9 +33,10 @@ from softslip.analysis.figures.panels import (
 )
 from softslip.analysis.figures.published import mark_level
 from softslip.analysis.figures.shown import Quantity, along, place, quantity, show
-from softslip.analysis.fits import FITTED, flow_law
+from softslip.analysis.fits import FITTED, flow_law, law_in_use
 from softslip.analysis.fits.points import DRIVES
 from softslip.analysis.observables import mean_over_seeds
+from softslip.files.quantities import JOINT, POOLED
 
 FloatArray = NDArray[np.float64]
 
@@ -44,6 +45,9 @@ RATES = {
     "shear_rate_bulk": ("steady_bulk", r"bulk shear rate $\dot\gamma_\mathrm{bulk}$"),
 }
 """Series of each panel, the flag of its steady state, and how its axis is called."""
+
+WITH_SLIP = {POOLED: "", JOINT: ", and slip"}
+"""What a fitted law is of besides the bulk."""
 
 LEAST_DECADES = 2.2
 """Least range of the axis of rates."""
@@ -59,7 +63,8 @@ def flow_curves(dataset: xr.Dataset, fits: xr.Dataset) -> Figure:
     Filled symbols are steady, half filled ones steady within their error; open ones with dashed
     bars drift, and their bars span the drift. Rates that are not positive cannot stand on a
     logarithmic axis: an arrow at the left edge shows each. The line is the fit to all roughnesses
-    together with its band of one standard error; the grey line and band are the paper's yield
+    together with its band of one standard error, or that to flow and slip together where the bulk
+    alone does not determine it; the grey line and band are the paper's yield
     stress, where the material is the paper's. Of further dimensions each combination gets a row
     of panels; the first is the family of colours where there is one roughness.
 
@@ -189,7 +194,8 @@ def _draw_fit(
     axes: Axes, fits: xr.Dataset, colour: Any, whose: str, cell: dict[str, Quantity]
 ) -> None:
     """Draw a fit over the range of the panel, or say why there is none."""
-    message = str(fits["pooled_fit_message"].item())
+    prefix = law_in_use(fits)
+    message = str(fits[f"{prefix}fit_message"].item())
     if not message.startswith(FITTED):
         said = axes.get_title()
         axes.set_title(said or f"no fit: {message}", fontsize=8, color="0.35")
@@ -197,19 +203,19 @@ def _draw_fit(
     low, high = axes.get_xlim()
     rate = np.geomspace(low, high, 200)
     yield_stress, consistency, index = (
-        float(fits[f"pooled_{name}"]) for name in ("yield_stress", "consistency", "flow_index")
+        float(fits[f"{prefix}{name}"]) for name in ("yield_stress", "consistency", "flow_index")
     )
     stress = flow_law(rate, yield_stress, consistency, index)
     slope = np.stack((np.ones_like(rate), rate**index, consistency * rate**index * np.log(rate)))
-    variance = np.einsum("ir,ij,jr->r", slope, fits["pooled_covariance"].values, slope)
+    variance = np.einsum("ir,ij,jr->r", slope, fits[f"{prefix}covariance"].values, slope)
     bottom = top = np.full_like(rate, np.nan)
     if np.isfinite(variance).all():
         error = np.sqrt(np.maximum(variance, 0.0))
         bottom, top = np.maximum(stress - error, 0.01 * stress), stress + error
         axes.fill_between(rate, bottom, top, color=colour, alpha=0.15, linewidth=0, zorder=1)
     words = (
-        rf"{whose}: $\sigma_y$ = {measured(fits, 'pooled_yield_stress')}, "
-        rf"$n$ = {measured(fits, 'pooled_flow_index')}"
+        rf"{whose}{WITH_SLIP[prefix]}: $\sigma_y$ = {measured(fits, f'{prefix}yield_stress')}, "
+        rf"$n$ = {measured(fits, f'{prefix}flow_index')}"
     )
     axes.plot(rate, stress, color=colour, linewidth=1.0, zorder=2, label=words)
     axes.set_xlim(low, high)
@@ -226,7 +232,8 @@ def _keep_fit(
     top: FloatArray,
 ) -> None:
     """Keep the numbers of the fitted curve and its band, and what the legend says of it."""
-    law = "flow law fitted to all roughnesses"
+    prefix = law_in_use(fits)
+    law = f"flow law fitted to all roughnesses{WITH_SLIP[prefix]}"
     curve = {
         "shear_rate_bulk": Quantity(rate, "1 / time unit"),
         "shear_stress": Quantity(stress, "stress unit"),
@@ -235,7 +242,7 @@ def _keep_fit(
     }
     show(axes, "shear_rate_bulk", law, _labelled(curve), cell)
     names = [f"{name}{end}" for name in ("yield_stress", "flow_index") for end in ("", "_error")]
-    said = {name: quantity(fits[f"pooled_{name}"]) for name in names}
+    said = {name: quantity(fits[f"{prefix}{name}"]) for name in names}
     points = {name: each._replace(values=[float(each.values)]) for name, each in said.items()}
     show(axes, "shear_rate_bulk", f"{law}: parameters", _labelled(points), cell)
 

@@ -44,7 +44,7 @@ from softslip.analysis.figures.published import (
     mark_place,
 )
 from softslip.analysis.figures.shown import Quantity, along, place, quantity, show
-from softslip.analysis.fits import FITTED
+from softslip.analysis.fits import FITTED, law_in_use
 from softslip.analysis.fits.flow import flow_rate
 from softslip.analysis.fits.points import DRIVES, with_stress
 from softslip.analysis.observables import mean_over_seeds
@@ -254,11 +254,14 @@ def _draw_laws(
 
 def _law_of(laws: xr.Dataset, limits: tuple[float, float]) -> tuple[FloatArray, FloatArray] | None:
     """Return stresses above yield and ν (σ − σ_y)/γ̇(σ); nothing where a law is not fitted."""
-    names = ("pooled_fit_message", "slip_coefficient_message")
+    prefix = law_in_use(laws)
+    names = (f"{prefix}fit_message", "slip_coefficient_message")
     if any(str(laws[name].item()) != FITTED for name in names):
         return None
     coefficient = float(laws["slip_coefficient"])
-    flow = [float(laws[f"pooled_{name}"]) for name in ("yield_stress", "consistency", "flow_index")]
+    flow = [
+        float(laws[f"{prefix}{name}"]) for name in ("yield_stress", "consistency", "flow_index")
+    ]
     if coefficient <= 0 or limits[1] <= flow[0]:
         return None
     stress = flow[0] + np.geomspace(0.03 * flow[0], limits[1] - flow[0], 100)

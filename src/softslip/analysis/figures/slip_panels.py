@@ -35,7 +35,7 @@ from softslip.analysis.figures.panels import (
 )
 from softslip.analysis.figures.published import guide, keep, mark_place
 from softslip.analysis.figures.shown import Quantity, along, place, quantity, show
-from softslip.analysis.fits import FITTED
+from softslip.analysis.fits import FITTED, yield_stress_of
 from softslip.analysis.fits.points import DRIVES, with_stress
 from softslip.analysis.observables import mean_over_seeds
 
@@ -51,7 +51,8 @@ SPEED = "length unit / time unit"
 def slip(dataset: xr.Dataset, fits: xr.Dataset) -> Figure:
     """Draw slip velocity against stress, its prefactor against roughness, and the heterogeneity.
 
-    (a) V_s against σ with the lines ν (σ − σ_y) above and ν_N σ below the fitted yield stress;
+    (a) V_s against σ with the lines ν (σ − σ_y) above the fitted yield stress and ν_N σ below it,
+    up to where they cross;
     (b) the same at the smoothest walls and low stress; (c) ν against β; (d) δ_het against σ with
     the paper's power through it. Further dimensions are laid out as in `flow_curves`: each
     combination gets two rows of panels.
@@ -139,11 +140,11 @@ def _draw_lines(
     cell: dict[str, Quantity],
     highest: float,
 ) -> None:
-    """Draw the laws above and below yield over the stresses for which they were fitted."""
-    offset = float(laws["pooled_yield_stress"])
+    """Draw the laws above and below yield, the latter up to where the former is faster."""
+    offset = float(yield_stress_of(laws)[0])
     branches = {
         "slip_coefficient": (np.array([offset, 1.05 * highest]), offset, "-"),
-        "newtonian_slip_coefficient": (np.array([0.0, offset]), 0.0, (0, (1, 1))),
+        "newtonian_slip_coefficient": (np.array([0.0, _crossing(laws, offset)]), 0.0, (0, (1, 1))),
     }
     for name, (stress, start, style) in branches.items():
         message = str(laws[f"{name}_message"].item())
@@ -156,6 +157,12 @@ def _draw_lines(
             "slip_velocity": Quantity(velocity, SPEED, "slip velocity"),
         }
         show(axes, panel, name.replace("_", " "), points, cell)
+
+
+def _crossing(laws: xr.Dataset, offset: float) -> float:
+    """Return the stress from which slip in the stress above yield is faster than by a film."""
+    above, below = (float(laws[n]) for n in ("slip_coefficient", "newtonian_slip_coefficient"))
+    return offset * above / (above - below) if above > max(below, 0.0) else offset
 
 
 def _fit_height(axes: Axes, cell: xr.Dataset, family: Family, shown: Any) -> None:

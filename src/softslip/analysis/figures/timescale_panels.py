@@ -14,7 +14,7 @@ from softslip.analysis.figures.markers import DRIFTING, STEADY, WITHIN_ERROR, dr
 from softslip.analysis.figures.panels import Family, is_comparable, leave_empty
 from softslip.analysis.figures.published import WORDS, guide, keep
 from softslip.analysis.figures.shown import Quantity, place, quantity, show
-from softslip.analysis.fits import FITTED
+from softslip.analysis.fits import yield_stress_of as fitted_yield_stress
 from softslip.analysis.observables.smoothed_series import SMOOTHING_WIDTH
 
 SHOWN = {
@@ -34,11 +34,12 @@ DECIDED = {
 def yield_stress_of(cell: xr.Dataset, fits: xr.Dataset) -> tuple[float, str]:
     """Return the yield stress that stresses are counted from, and words for where it is from.
 
-    It is that of the fit to all roughnesses together; where there is none and the material is the
-    paper's, the paper's; otherwise NaN.
+    It is that of the fit to all roughnesses together, or else to flow and slip together; where
+    there is none and the material is the paper's, the paper's; otherwise NaN.
     """
-    if str(fits["pooled_fit_message"].values.ravel()[0]).startswith(FITTED):
-        return float(fits["pooled_yield_stress"].values.ravel()[0]), ""
+    found = float(fitted_yield_stress(fits)[0].values.ravel()[0])
+    if np.isfinite(found):
+        return found, ""
     if unlike(cell):
         return np.nan, ""
     value = paper.YIELD_STRESS.value

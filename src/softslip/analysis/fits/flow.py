@@ -1,5 +1,6 @@
 """Herschel-Bulkley law of the bulk."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -52,8 +53,14 @@ def flow_rate(
     return np.asarray((np.maximum(stress - yield_stress, 0.0) / consistency) ** (1.0 / index))
 
 
-def _at_imposed_stress(points: Points) -> Problem:
-    """Return the fit of rates at exact stresses: parameters σ_y, ln k and ln n."""
+def flow_problem(points: Points) -> Problem:
+    """Return the fit of rates at exact stresses: parameters σ_y, ln k and ln n.
+
+    Parameters
+    ----------
+    points
+        Rates over stresses, each over a unit of its own.
+    """
 
     def deviations(parameters: FloatArray) -> FloatArray:
         rates = flow_rate(points.abscissa, parameters[0], *np.exp(parameters[1:]))
@@ -79,8 +86,14 @@ def _at_imposed_rate(points: Points) -> Problem:
     return Problem(deviations, points.freedom, points.common)
 
 
-def _starts(points: Points) -> list[FloatArray]:
-    """Return parameters to start from: straight lines in logarithms above some yield stresses."""
+def flow_starts(points: Points) -> list[FloatArray]:
+    """Return σ_y, ln k and ln n to start from: straight lines in logarithms above some σ_y.
+
+    Parameters
+    ----------
+    points
+        As of `flow_problem`.
+    """
     stress, rate = points.abscissa, points.value
     positive = rate > 0
     low = float(stress.min())
@@ -113,28 +126,46 @@ def _fit_flow_law(points: Points) -> Fit:
         return nothing(3, count, "no point flows")
     scaled = points.over(stress, rate)
     measured = bool((points.abscissa_error > 0).any())
-    problem = _at_imposed_rate(scaled) if measured else _at_imposed_stress(scaled)
-    found = optimum(problem, _starts(scaled))
+    problem = _at_imposed_rate(scaled) if measured else flow_problem(scaled)
+    found = optimum(problem, flow_starts(scaled))
     if found is None:
         return nothing(
             3, count, "no point flows" if (points.value <= 0).all() else "no law is near"
         )
-    return _concluded(problem, found, count, stress, rate)
+    return flow_outcome(problem, found, count, stress, rate)
 
 
-def _concluded(problem: Problem, found: Optimum, count: int, stress: float, rate: float) -> Fit:
-    """Return the outcome in the units of stress and rate, or what the points do not determine."""
+def flow_outcome(
+    problem: Problem,
+    found: Optimum,
+    count: int,
+    stress: float,
+    rate: float,
+    others: tuple[float, ...] = (),
+) -> Fit:
+    """Return the outcome in the units of stress and rate, or what the points do not determine.
+
+    Parameters
+    ----------
+    problem, found
+        Of σ_y, ln k, ln n and further parameters over their units.
+    count
+        Number of points, for the outcome.
+    stress, rate, others
+        Units of stresses, of rates and of each further parameter.
+    """
+    size = len(found.values)
     good = quality(problem, found)
     if good.chance < HOPELESS:
         said = f"the law does not describe the points: χ² is {good.reduced_chi_square:.3g} of 1"
-        return replace(nothing(3, count, said), reduced_chi_square=good.reduced_chi_square)
+        return replace(nothing(size, count, said), reduced_chi_square=good.reduced_chi_square)
     index = float(np.exp(found.values[2]))
     low, high = FLOW_INDEX_RANGE
     if not (low < index < high and np.isfinite(found.covariance).all()):
-        return nothing(3, count, "the points do not determine the flow index")
+        return nothing(size, count, "the points do not determine the flow index")
     # ln k in units of one stress and one rate: ln k' + ln(stress) − n ln(rate), to first order.
-    turned = np.array([0.0, 1.0, -np.log(rate) * index])
-    directions = np.array([[1.0, 0.0, 0.0], turned, [0.0, 0.0, 1.0]])
+    directions = np.eye(size)
+    directions[1, 2] = -np.log(rate) * index
     level = float(found.values[1] + np.log(stress) - index * np.log(rate))
     ends = np.array(
         [
@@ -145,12 +176,14 @@ def _concluded(problem: Problem, found: Optimum, count: int, stress: float, rate
     ends[0] *= stress
     with np.errstate(over="ignore"):
         # An end beyond the largest number is as good as none.
-        ends[1] = np.exp(ends[1] - float(turned @ found.values) + level)
+        ends[1] = np.exp(ends[1] - float(directions[1] @ found.values) + level)
         ends[2] = np.exp(ends[2])
     if not np.isfinite(ends[2]).all() or ends[2].min() == 0:
-        return nothing(3, count, "the points do not determine the flow index")
-    values = np.array([found.values[0] * stress, np.exp(level), index])
-    scales = np.diag([stress, values[1], index]) @ directions
+        return nothing(size, count, "the points do not determine the flow index")
+    ends[3:] *= np.reshape(others, (-1, 1, 1))
+    units = np.array(others)
+    values = np.array([found.values[0] * stress, np.exp(level), index, *found.values[3:] * units])
+    scales = np.diag([stress, values[1], index, *others]) @ directions
     covariance = scales @ found.covariance @ scales.T * good.widening
     message = FITTED if ends[0, -1, 0] > 0 else f"{UNKNOWN_ZERO}: below {ends[0, -1, 1]:.3g}"
     return Fit(values, covariance, ends, good.reduced_chi_square, count, message)
@@ -165,13 +198,28 @@ def _herschel_bulkley(flow_curve: xr.Dataset, pooled: tuple[str, ...], prefix: s
         lambda _, points: _fit_flow_law(points),
     )
     result = laid_out(flow_curve, dims, fits, PARAMETERS, prefix, "fit_message", prefix)
-    shape = tuple(flow_curve.sizes[dim] for dim in dims)
-    covariance = np.reshape(
-        [fits[place].covariance for place in np.ndindex(*shape)], (*shape, 3, 3)
-    )
+    return described(with_covariance(result, dims, fits, f"{prefix}covariance"))
+
+
+def with_covariance(
+    result: xr.Dataset, dims: tuple[str, ...], fits: Mapping[tuple[int, ...], Fit], name: str
+) -> xr.Dataset:
+    """Return the outcomes of fits with the covariance of the flow law's parameters.
+
+    Parameters
+    ----------
+    result, dims, fits
+        From `laid_out`, and what it laid out.
+    name
+        Of the covariance.
+    """
+    shape, size = tuple(result.sizes[dim] for dim in dims), len(PARAMETERS)
+    every = [fits[place].covariance[:size, :size] for place in np.ndindex(*shape)]
     between = ("parameter", "other_parameter")
-    result[f"{prefix}covariance"] = (*dims, *between), covariance
-    return described(result.assign_coords({dim: list(PARAMETERS) for dim in between}))
+    covariance = (*dims, *between), np.reshape(every, (*shape, size, size))
+    return result.assign({name: covariance}).assign_coords(
+        {dim: list(PARAMETERS) for dim in between}
+    )
 
 
 def herschel_bulkley(flow_curve: xr.Dataset) -> xr.Dataset:

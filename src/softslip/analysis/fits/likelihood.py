@@ -154,11 +154,18 @@ def quality(problem: Problem, found: Optimum) -> Quality:
     return Quality(found.deviance / mean, float(chance))
 
 
-def _freedom_along(problem: Problem, found: Optimum, direction: FloatArray) -> float:
+def freedom_along(problem: Problem, found: Optimum, direction: FloatArray) -> float:
     """Return the degrees of freedom of the error of a combination of parameters.
 
     Each point adds a share to its variance; the shares' freedoms go together as by F. E.
     Satterthwaite (*Biometrics Bull.* 2, 110, 1946).
+
+    Parameters
+    ----------
+    problem, found
+        What was fitted, and the outcome.
+    direction
+        Coefficients of the combination.
     """
     if not np.isfinite(found.covariance).all():
         return MOST_FREEDOM
@@ -185,7 +192,7 @@ def _height(problem: Problem, found: Optimum, direction: FloatArray, confidence:
     point Student's with its own degrees of freedom.
     """
     quantile = 0.5 * (1 + confidence)
-    own = _freedom_along(problem, found, direction)
+    own = freedom_along(problem, found, direction)
     alone = (own + 1) * np.log1p(stats.t.ppf(quantile, own) ** 2 / own)
     return float(max(stats.t.ppf(quantile, problem.common) ** 2, alone))
 

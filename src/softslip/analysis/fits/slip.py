@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -36,90 +36,150 @@ COEFFICIENT, NEWTONIAN = "slip_coefficient", "newtonian_slip_coefficient"
 EXPONENT, INTERCEPT = "slip_exponent", "slip_yield_stress"
 EVIDENCE = "slip_linear_evidence"
 
+FILM = "_film"
+"""End of the names of what says whether a law was fitted beside a film, to all points."""
 
-def _law(
-    points: Points, offset: float, offset_error: float, exponent: float | None
-) -> tuple[Problem, list[FloatArray]]:
-    """Return the fit of V = A ((σ − σ_y)/Δ)^p: parameters A, p where it is free, σ_y.
+LINEAR = (COEFFICIENT, NEWTONIAN)
+"""Parameters of the laws with p = 1."""
 
-    Δ is the largest σ − σ_y. σ_y is as likely as its error says; it is no parameter where it is
-    exact.
+LEAST_POINTS = {COEFFICIENT: 2, EXPONENT: 3, INTERCEPT: 3, NEWTONIAN: 2}
+"""Fewest points of each fit, on its side of the yield stress."""
+
+
+@dataclass(frozen=True)
+class SlipLaw:
+    """A law of slip above yield, V = A ((σ − σ_y)/Δ)^p, with Δ the largest σ − σ_y.
+
+    Where there is a film of solvent the wall slips by it, V = ν_N σ, as long as that is faster.
+
+    Attributes
+    ----------
+    offset, offset_error
+        σ_y and its error, over the unit of stress.
+    exponent
+        p; None where it is free.
+    film
+        Whether there is a film.
     """
-    largest = float(points.abscissa.max()) - offset
-    exact = offset_error == 0
 
-    def deviations(parameters: FloatArray) -> FloatArray:
-        power = parameters[1] if exponent is None else exponent
-        start = offset if exact else float(parameters[-1])
-        excess = np.maximum(points.abscissa - start, 1e-9 * largest)
-        speeds = parameters[0] * (excess / largest) ** power
-        found = (points.value - speeds) / points.error
-        return found if exact else np.append(found, (start - offset) / offset_error)
+    offset: float
+    offset_error: float
+    exponent: float | None = 1.0
+    film: bool = False
 
-    freedom = points.freedom if exact else np.append(points.freedom, 1e6)
-    level = float(np.average(points.value, weights=(points.abscissa - offset) / points.error**2))
-    middle = [] if exponent is not None else [1.0]
-    last = [] if exact else [offset]
-    starts = [np.array([level * factor, *middle, *last]) for factor in (1.0, 2.0)]
-    return Problem(deviations, freedom, points.common), starts
+    def over(self, stress: float) -> "SlipLaw":
+        """Return the law over a unit of stress."""
+        return replace(self, offset=self.offset / stress, offset_error=self.offset_error / stress)
+
+    def problem(self, points: Points) -> tuple[Problem, list[FloatArray]]:
+        """Return the fit, and what to start from: parameters A, p where it is free, ν_N, σ_y.
+
+        σ_y is as likely as its error says; it is no parameter where it is exact.
+        """
+        largest = float(points.abscissa.max()) - self.offset
+        exact = self.offset_error == 0
+
+        def deviations(parameters: FloatArray) -> FloatArray:
+            level, power, newtonian, start = self._named(parameters)
+            excess = np.maximum(points.abscissa - start, 1e-9 * largest)
+            speeds = level * (excess / largest) ** power
+            if self.film:
+                speeds = np.maximum(speeds, newtonian * points.abscissa)
+            found = (points.value - speeds) / points.error
+            doubt = (start - self.offset) / self.offset_error if not exact else 0.0
+            return found if exact else np.append(found, doubt)
+
+        freedom = points.freedom if exact else np.append(points.freedom, 1e6)
+        return Problem(deviations, freedom, points.common), self._starts(points)
+
+    def _named(self, parameters: FloatArray) -> tuple[float, float, float, float]:
+        """Return A, p, ν_N and σ_y, those too that are no parameters."""
+        rest = list(parameters)
+        level = rest.pop(0)
+        power = rest.pop(0) if self.exponent is None else self.exponent
+        newtonian = rest.pop(0) if self.film else 0.0
+        return level, power, newtonian, rest.pop(0) if rest else self.offset
+
+    def _starts(self, points: Points) -> list[FloatArray]:
+        if self.film:
+            # Where the other branch is faster, if anywhere.
+            level, film = float(points.value[-1]), [float(points.value[0] / points.abscissa[0])]
+        else:
+            weights = (points.abscissa - self.offset) / points.error**2
+            level, film = float(np.average(points.value, weights=weights)), []
+        middle = [] if self.exponent is not None else [1.0]
+        last = [] if self.offset_error == 0 else [self.offset]
+        return [np.array([level * factor, *middle, *film, *last]) for factor in (1.0, 2.0)]
 
 
-def _fit_above(points: Points, offset: float, offset_error: float) -> Fit:
-    """Fit ν with p = 1, and compare with p = 2."""
-    if points.count < 2:
-        return nothing(1, points.count, f"too few steady points: {points.count} of at least 2")
+def has_film(below: Points) -> bool:
+    """Tell whether walls slip below yield by a film of solvent: V/σ is above 0 by two errors.
+
+    Parameters
+    ----------
+    below
+        Slip velocities at stresses below yield.
+    """
+    if not below.count:
+        return False
+    weights = below.abscissa / below.error**2
+    coefficient = float(weights @ below.value) / float(weights @ below.abscissa)
+    return bool(coefficient > CLEAR / np.sqrt(float(weights @ below.abscissa)))
+
+
+def _fit_above(points: Points, law: SlipLaw) -> Fit:
+    """Fit ν with p = 1."""
     scaled, stress, speed = dimensionless(points)
-    at, doubt = offset / stress, offset_error / stress
-    problem, starts = _law(scaled, at, doubt, 1.0)
-    unit = speed / (stress - offset)
-    fit = fitted(LawToFit(problem, starts, (unit,), ("the slip coefficient",)), points.count)
-    quadratic, starts = _law(scaled, at, doubt, QUADRATIC)
-    linear = least_deviance(LawToFit(problem, starts, (1.0,), ("",)))
-    more = {"evidence": 0.5 * (least_deviance(LawToFit(quadratic, starts, (1.0,), ("",))) - linear)}
-    return replace(fit, more=more)
+    law = law.over(stress)
+    problem, starts = law.problem(scaled)
+    unit = speed / (1 - law.offset) / stress
+    return fitted(LawToFit(problem, starts, (unit,), ("the slip coefficient",)), points.count)
 
 
-def _fit_exponent(points: Points, offset: float, offset_error: float) -> Fit:
-    """Fit p with a free coefficient."""
-    if points.count < 3:
-        return nothing(1, points.count, f"too few steady points: {points.count} of at least 3")
+def _fit_exponent(points: Points, law: SlipLaw) -> Fit:
+    """Fit p with a free coefficient, and compare p = 1 with p = 2."""
     scaled, stress, _ = dimensionless(points)
-    problem, starts = _law(scaled, offset / stress, offset_error / stress, None)
+    law = law.over(stress)
+    problem, starts = replace(law, exponent=None).problem(scaled)
 
     def turned(parameters: FloatArray) -> FloatArray:
         return problem.deviations(np.concatenate(([parameters[1], parameters[0]], parameters[2:])))
 
     first = [np.concatenate(([start[1], start[0]], start[2:])) for start in starts]
-    law = LawToFit(replace(problem, deviations=turned), first, (1.0,), ("the exponent",))
-    return fitted(law, points.count)
+    free = LawToFit(replace(problem, deviations=turned), first, (1.0,), ("the exponent",))
+    linear, quadratic = (
+        least_deviance(LawToFit(*replace(law, exponent=power).problem(scaled), (1.0,), ("",)))
+        for power in (1.0, QUADRATIC)
+    )
+    more = {"evidence": 0.5 * (quadratic - linear)}
+    return replace(fitted(free, points.count), more=more)
 
 
-def _fit_intercept(points: Points, offset: float) -> Fit:
+def _fit_intercept(points: Points, law: SlipLaw) -> Fit:
     """Fit the stress at which slip begins, V = ν (σ − σ'), with a free coefficient."""
-    if points.count < 3:
-        return nothing(1, points.count, f"too few steady points: {points.count} of at least 3")
     scaled, stress, _ = dimensionless(points)
 
     def deviations(parameters: FloatArray) -> FloatArray:
         speeds = parameters[1] * (scaled.abscissa - parameters[0])
+        if law.film:
+            speeds = np.maximum(speeds, parameters[2] * scaled.abscissa)
         return np.asarray((scaled.value - speeds) / scaled.error)
 
     slope, _ = np.polyfit(scaled.abscissa, scaled.value, 1, w=1 / scaled.error)
-    law = LawToFit(
+    film = [float(scaled.value[0] / scaled.abscissa[0])] if law.film else []
+    free = LawToFit(
         Problem(deviations, scaled.freedom, scaled.common),
-        [np.array([offset / stress, slope]), np.array([0.0, slope])],
+        [np.array([start, slope, *film]) for start in (law.offset / stress, 0.0, 0.1)],
         (stress,),
         ("the stress at which slip begins",),
     )
-    return fitted(law, points.count)
+    return fitted(free, points.count)
 
 
 def _fit_below(points: Points) -> Fit:
     """Fit V = ν_N σ."""
-    if points.count < 2:
-        return nothing(1, points.count, f"too few steady points: {points.count} of at least 2")
     scaled, stress, speed = dimensionless(points)
-    problem, starts = _law(scaled, 0.0, 0.0, 1.0)
+    problem, starts = SlipLaw(0.0, 0.0).problem(scaled)
     return fitted(
         LawToFit(problem, starts, (speed / stress,), ("the slip coefficient",)), points.count
     )
@@ -129,6 +189,9 @@ def slip_law(
     flow_curve: xr.Dataset,
     yield_stress: float | xr.DataArray,
     yield_stress_error: float | xr.DataArray = 0.0,
+    *,
+    linear_yield_stress: float | xr.DataArray | None = None,
+    linear_yield_stress_error: float | xr.DataArray | None = None,
 ) -> xr.Dataset:
     """Fit the slip velocity above and below yield (Fig. 6a-c).
 
@@ -140,6 +203,11 @@ def slip_law(
     fitted by verdicts: below the least stress at which the bulk flows, and from there on. Seeds are
     averaged and judged together first.
 
+    Smooth walls slip by a film of solvent below yield, which is still there above: until
+    ν (σ − σ_y)^p is faster, they slip by ν_N σ. Where the points below yield show such a film, by
+    two errors of ν_N, the laws above yield are fitted to all points as the faster of the two, with
+    ν_N free; elsewhere to the points above alone.
+
     Parameters
     ----------
     flow_curve
@@ -147,6 +215,9 @@ def slip_law(
     yield_stress, yield_stress_error
         σ_y and its error [stress unit], one number or one for each combination of some of the
         other dimensions, as from `herschel_bulkley`; NaN leaves nothing to fit.
+    linear_yield_stress, linear_yield_stress_error
+        The same for ν and ν_N, if others: what was found by the slip itself, with p = 1, tells
+        nothing of p.
 
     Returns
     -------
@@ -154,53 +225,66 @@ def slip_law(
         For every combination of the other dimensions: ``slip_coefficient`` (ν, p = 1),
         ``newtonian_slip_coefficient`` (ν_N) [length unit / time unit / stress unit],
         ``slip_exponent`` (p, free) and ``slip_yield_stress`` (σ_y free, p = 1), each with
-        ``_error``, ``_interval``, ``_reduced_chi_square``, ``_points`` and ``_message``; and
-        ``slip_linear_evidence``, the natural logarithm of the likelihood of p = 1 over that of
-        p = 2, which have as many parameters: above 3 for p = 1, below −3 for p = 2, else neither
-        (`CONCLUSIVE`).
+        ``_error``, ``_interval``, ``_reduced_chi_square``, ``_points`` and ``_message``, and all
+        but ν_N with ``_film``, whether there is a film beside it; and ``slip_linear_evidence``,
+        the natural logarithm of the likelihood of p = 1 over that of p = 2, which have as many
+        parameters: above 3 for p = 1, below −3 for p = 2, else neither (`CONCLUSIVE`).
     """
     averaged = with_stress(mean_over_seeds(flow_curve))
-    offsets = xr.Dataset(
-        {
-            "value": yield_stress,
-            "error": yield_stress_error,
-            "flowing": least_flowing_stress(averaged),
-        }
-    )
-    parts = [_fitted_everywhere(averaged, offsets, name) for name in _MAKERS]
+    flowing = least_flowing_stress(averaged)
+    given = yield_stress, yield_stress_error
+    linear = given
+    if linear_yield_stress is not None and linear_yield_stress_error is not None:
+        linear = linear_yield_stress, linear_yield_stress_error
+    parts = []
+    for name in _MAKERS:
+        value, error = linear if name in LINEAR else given
+        offsets = xr.Dataset({"value": value, "error": error, "flowing": flowing})
+        parts.append(_fitted_everywhere(averaged, offsets, name))
     return xr.merge(parts, compat="no_conflicts", join="exact")
 
 
-_MAKERS: dict[str, Callable[[Points, float, float], Fit]] = {
+_MAKERS: dict[str, Callable[[Points, SlipLaw], Fit]] = {
     COEFFICIENT: _fit_above,
     EXPONENT: _fit_exponent,
-    INTERCEPT: lambda points, offset, _: _fit_intercept(points, offset),
-    NEWTONIAN: lambda points, _, __: _fit_below(points),
+    INTERCEPT: _fit_intercept,
+    NEWTONIAN: lambda points, _: _fit_below(points),
 }
-"""What fits each parameter to points on its side, given σ_y and its error."""
+"""What fits each parameter, given the law that the points are to follow."""
 
 
 def _fitted_everywhere(flow_curve: xr.Dataset, offsets: xr.Dataset, name: str) -> xr.Dataset:
     """Fit one parameter in every cell."""
-    above, alone = name != NEWTONIAN, name in (NEWTONIAN, INTERCEPT)
 
     def fit(at: dict[str, int], points: Points) -> Fit:
         offset, error = number_at(offsets["value"], at), number_at(offsets["error"], at)
         if math.isfinite(offset) and math.isfinite(error):
-            chosen = on_side(points.abscissa, offset, error, above)
-            return _MAKERS[name](points.where(chosen), offset, error)
-        if not alone:
+            above, below = (on_side(points.abscissa, offset, error, side) for side in (True, False))
+        elif name in (NEWTONIAN, INTERCEPT):
+            above = points.abscissa >= number_at(offsets["flowing"], at)
+            below, offset, error = ~above, 0.0, 0.0
+        else:
             return nothing(1, 0, "the yield stress is not known")
-        least = number_at(offsets["flowing"], at)
-        chosen = (points.abscissa >= least) if above else ~(points.abscissa >= least)
-        return _MAKERS[name](points.where(chosen), 0.0, 0.0)
+        side = points.where(below if name == NEWTONIAN else above)
+        if side.count < LEAST_POINTS[name]:
+            said = f"too few steady points: {side.count} of at least {LEAST_POINTS[name]}"
+            return nothing(1, side.count, said)
+        law = SlipLaw(offset, error, film=name != NEWTONIAN and has_film(points.where(below)))
+        made = _MAKERS[name](points if law.film else side, law)
+        return replace(made, more={**made.more, FILM: float(law.film)})
 
     dims, fits = each_cell(flow_curve, "slip_velocity", "steady_slip", DRIVES, fit)
     part = laid_out(flow_curve, dims, fits, (name,), f"{name}_")
-    if name == COEFFICIENT:
-        shape = tuple(flow_curve.sizes[dim] for dim in dims)
-        ratios = [fits[place].more.get("evidence", np.nan) for place in np.ndindex(*shape)]
-        part[EVIDENCE] = dims, np.reshape(ratios, shape)
+    shape = tuple(flow_curve.sizes[dim] for dim in dims)
+
+    def further(key: str, otherwise: float) -> tuple[tuple[str, ...], FloatArray]:
+        every = [fits[place].more.get(key, otherwise) for place in np.ndindex(*shape)]
+        return dims, np.reshape(every, shape)
+
+    if name == EXPONENT:
+        part[EVIDENCE] = further("evidence", np.nan)
+    if name != NEWTONIAN:
+        part[f"{name}{FILM}"] = part[f"{name}_points"].copy(data=further(FILM, 0.0)[1] > 0)
     return described(part)
 
 

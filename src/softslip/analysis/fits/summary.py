@@ -26,8 +26,20 @@ LAWS: dict[str, tuple[str, tuple[str, ...]]] = {
         "pooled_fit_message",
         tuple(f"pooled_{name}" for name in _FLOW),
     ),
-    "slip above yield": ("slip_coefficient_message", ("slip_coefficient", "slip_linear_evidence")),
-    "slip above yield, exponent free": ("slip_exponent_message", ("slip_exponent",)),
+    "flow and slip with one yield stress": (
+        "joint_fit_message",
+        (
+            *(f"joint_{name}" for name in _FLOW),
+            "joint_slip_coefficient",
+            "joint_newtonian_slip_coefficient",
+            "joint_agreement",
+        ),
+    ),
+    "slip above yield": ("slip_coefficient_message", ("slip_coefficient",)),
+    "slip above yield, exponent free": (
+        "slip_exponent_message",
+        ("slip_exponent", "slip_linear_evidence"),
+    ),
     "slip above yield, yield stress free": ("slip_yield_stress_message", ("slip_yield_stress",)),
     "slip below yield": ("newtonian_slip_coefficient_message", ("newtonian_slip_coefficient",)),
     "slip is suppressed": ("critical_roughness_message", ("critical_roughness",)),

@@ -7,14 +7,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from softslip.analysis.fits import FITTED
+from softslip.analysis.fits import FITTED, yield_stress_of
 from softslip.analysis.fits.finite_size import refusal
 from softslip.analysis.fits.points import with_stress
 from softslip.analysis.fits.slip import CLEAR, least_flowing_stress
 from softslip.analysis.observables import mean_over_seeds
 from softslip.errors import DatasetError
-from softslip.files.quantities import POOLED
-from softslip.provenance.tracing.fitted_laws import Law, law_of
+from softslip.provenance.tracing.fitted_laws import Law, law_of, laws_of
 from softslip.provenance.tracing.targets import Values, value_at
 
 RUN = "run_id"
@@ -99,31 +98,46 @@ def fitted_parts(
     DatasetError
         When the curve does not say which runs it is of.
     """
-    law = law_of(variable)
-    if law is None:
-        return cells_of(curve, variable, _shared(fits, curve, places))
-    chosen = _shared(fits, curve, places)
-    reasons = _reasons(fits, curve, law).isel(chosen)
-    parts = [
-        Part(run, at, law.series, str(reason) if run else "missing")
-        for (run, at), reason in zip(_each(curve, chosen), reasons.values.ravel(), strict=True)
-    ]
-    if law.side:
-        pooled = {dim: place for dim, place in places.items() if dim != "roughness"}
-        parts += fitted_parts(fits, curve, f"{POOLED}yield_stress", pooled)
+    laws, chosen = laws_of(variable), _shared(fits, curve, places)
+    if not laws:
+        return cells_of(curve, variable, chosen)
+    parts = []
+    for law in laws:
+        reasons = _reasons(fits, curve, law).isel(chosen)
+        parts += [
+            Part(run, at, law.series, str(reason) if run else "missing")
+            for (run, at), reason in zip(_each(curve, chosen), reasons.values.ravel(), strict=True)
+        ]
+        if law.side:
+            pooled = {dim: place for dim, place in places.items() if dim != "roughness"}
+            prefix = _prefix_in_use(fits, law, pooled)
+            parts += fitted_parts(fits, curve, f"{prefix}yield_stress", pooled)
     return parts
+
+
+def _prefix_in_use(fits: xr.Dataset, law: Law, places: Mapping[str, int]) -> str:
+    """Return the beginning of the name of the yield stress that tells sides, at one place."""
+    for prefix in law.prefixes:
+        message = fits[f"{prefix}fit_message"]
+        here = message.isel({dim: place for dim, place in places.items() if dim in message.dims})
+        if (here == FITTED).any():
+            return prefix
+    return law.prefixes[0]
 
 
 def miscounted(
     fits: xr.Dataset, curve: xr.Dataset, variable: str, places: Mapping[str, int]
 ) -> str:
     """Return what is wrong with the number of points that fits state, nothing where it is right."""
-    law = law_of(variable)
-    if law is None or law.points not in fits:
+    laws = laws_of(variable)
+    if not laws or laws[0].points not in fits:
         return ""
+    law, averaged = laws[0], mean_over_seeds(curve)
     stated = fits[law.points]
-    usable = _tested(fits, mean_over_seeds(curve), law) == ENTERED
-    found = usable.sum([dim for dim in usable.dims if dim not in stated.dims])
+    found = xr.zeros_like(stated, dtype=int)
+    for each in laws:
+        usable = _tested(fits, averaged, each) == ENTERED
+        found = found + usable.sum([dim for dim in usable.dims if dim not in stated.dims])
     at = {dim: place for dim, place in places.items() if dim in stated.dims}
     counted, noted = found.isel(at).values, stated.transpose(*found.dims).isel(at).values
     if np.array_equal(counted, noted):
@@ -189,6 +203,8 @@ def _tested(fits: xr.Dataset, curve: xr.Dataset, law: Law) -> xr.DataArray:
         reasons["not at a positive stress"] = curve["stress"] > 0
     if law.side:
         reasons |= _on_side(fits, curve, law)
+    if law.smoothest and "roughness" in value.dims:
+        reasons["not at the smoothest wall"] = curve["roughness"] == curve["roughness"].min()
     verdicts = xr.full_like(value, ENTERED, dtype=object)
     for reason, passed in reasons.items():
         verdicts = verdicts.where((verdicts != ENTERED) | passed, reason)
@@ -197,13 +213,16 @@ def _tested(fits: xr.Dataset, curve: xr.Dataset, law: Law) -> xr.DataArray:
 
 def _on_side(fits: xr.Dataset, curve: xr.Dataset, law: Law) -> dict[str, xr.DataArray]:
     """Return which points are on the law's side of the yield stress, by what they lack if not."""
-    name = f"{POOLED}yield_stress"
-    error = fits[f"{name}_error"]
-    known = (fits[f"{POOLED}fit_message"] == FITTED) & (error < np.inf)
-    clear = law.side * (curve["stress"] - fits[name]) > CLEAR * error
+    value, error = yield_stress_of(fits, law.prefixes)
+    known = value.notnull() & (error < np.inf)
+    clear = law.side * (curve["stress"] - value) > CLEAR * error
+    if law.film:
+        clear = clear | fits[law.film]
     word = "above" if law.side > 0 else "below"
     if not law.alone:
         return {"without a yield stress": known, f"not {word} the yield stress": clear}
     flows = curve["stress"] >= least_flowing_stress(curve)
     by_verdict = flows if law.side > 0 else ~flows
+    if law.film:
+        by_verdict = by_verdict | fits[law.film]
     return {f"not {word} the yield stress": clear.where(known, by_verdict).astype(bool)}

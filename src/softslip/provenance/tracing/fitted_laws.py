@@ -14,14 +14,24 @@ from softslip.analysis.fits.finite_size import (
 )
 from softslip.analysis.fits.flow import PARAMETERS
 from softslip.analysis.fits.powers import EXPONENTS
-from softslip.analysis.fits.slip import COEFFICIENT, EVIDENCE, EXPONENT, INTERCEPT, NEWTONIAN
-from softslip.files.quantities import POOLED
+from softslip.analysis.fits.slip import (
+    COEFFICIENT,
+    EVIDENCE,
+    EXPONENT,
+    FILM,
+    INTERCEPT,
+    NEWTONIAN,
+)
+from softslip.files.quantities import JOINT, POOLED
 
 SLIP_LAWS = {NEWTONIAN: -1, COEFFICIENT: 1, EXPONENT: 1, INTERCEPT: 1}
 """Parameters of slip, and on which side of yield they are fitted."""
 
 WITHOUT_YIELD_STRESS = (NEWTONIAN, INTERCEPT)
 """Those that need no yield stress: without one, the bulk's verdicts tell the sides."""
+
+BY_THE_BULK_ALONE = (EXPONENT, INTERCEPT)
+"""Those that the yield stress of flow and slip together does not serve, as it assumes p = 1."""
 
 
 @dataclass(frozen=True)
@@ -37,9 +47,16 @@ class Law:
     message
         Variable of the fits that says whether it was fitted.
     side
-        1 for stresses above the pooled yield stress only, -1 for those below, 0 for all.
+        1 for stresses above the yield stress only, -1 for those below, 0 for all.
     alone
         Whether it is also fitted where the yield stress is not known.
+    prefixes
+        Beginnings of the names of the yield stresses that tell the sides, the first that is known.
+    film
+        Variable of the fits that says whether all points were fitted, beside a film; empty where
+        there is none.
+    smoothest
+        Whether it is fitted at the smoothest wall only.
     size
         Dimension of the channel's size that it is fitted over at each stress; empty where it is
         fitted over stresses.
@@ -51,13 +68,35 @@ class Law:
     message: str
     side: int
     alone: bool = False
+    prefixes: tuple[str, ...] = (POOLED, JOINT)
+    film: str = ""
+    smoothest: bool = False
     size: str = ""
 
 
+_OF_BOTH = f"{JOINT}points", f"{JOINT}fit_message", 0
+BULK = Law("shear_rate_bulk", "steady_bulk", *_OF_BOTH)
+SLIP = Law("slip_velocity", "steady_slip", *_OF_BOTH, smoothest=True)
+"""What flow and slip were fitted to with one yield stress; their points are counted together."""
+
+
+def laws_of(variable: str) -> tuple[Law, ...]:
+    """Return all that a variable of the fits was fitted to, nothing where it is no such outcome."""
+    if variable.startswith(JOINT):
+        return BULK, SLIP
+    law = law_of(variable)
+    return () if law is None else (law,)
+
+
 def law_of(variable: str) -> Law | None:
-    """Return what a variable of the fits was fitted to, None where it is no outcome of a fit."""
+    """Return what a variable of the fits was fitted to, None where it is no outcome of a fit.
+
+    Of what was fitted to flow and slip together it is the flow.
+    """
+    if variable.startswith(JOINT):
+        return BULK
     if variable == EVIDENCE:
-        return law_of(COEFFICIENT)
+        return law_of(EXPONENT)
     if variable.startswith(CRITICAL):
         # It follows from the slip coefficients of all roughnesses.
         return replace(_slip_law(COEFFICIENT), message=f"{CRITICAL}_message")
@@ -82,8 +121,17 @@ def law_of(variable: str) -> Law | None:
 def _slip_law(name: str) -> Law:
     """Return what a parameter of slip was fitted to."""
     points, message = f"{name}_points", f"{name}_message"
-    alone = name in WITHOUT_YIELD_STRESS
-    return Law("slip_velocity", "steady_slip", points, message, SLIP_LAWS[name], alone)
+    prefixes = (POOLED,) if name in BY_THE_BULK_ALONE else (POOLED, JOINT)
+    return Law(
+        "slip_velocity",
+        "steady_slip",
+        points,
+        message,
+        SLIP_LAWS[name],
+        alone=name in WITHOUT_YIELD_STRESS,
+        prefixes=prefixes,
+        film="" if name == NEWTONIAN else f"{name}{FILM}",
+    )
 
 
 def _law_of_size(name: str, series: str, flag: str, size: str) -> Law:

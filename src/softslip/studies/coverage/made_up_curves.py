@@ -9,10 +9,10 @@ import xarray as xr
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from softslip.analysis.fits.flow import flow_law, flow_rate
+from softslip.analysis.fits.flow import PARAMETERS, flow_law, flow_rate
 from softslip.analysis.observables.steady import FLAGS, VERDICT_NAMES
 from softslip.analysis.observables.verdicts import DRIFTING, WITHIN_ERROR
-from softslip.files.quantities import unit_of
+from softslip.files.quantities import JOINT, unit_of
 
 FloatArray = NDArray[np.float64]
 
@@ -41,7 +41,8 @@ class CurveKind:
     exponent
         Of the slip velocity above yield.
     newtonian
-        Slip coefficient below yield.
+        Slip coefficient of the film of solvent at the smooth wall: below yield, and above it until
+        slip in the stress above yield is faster.
     scatter
         Standard deviation of a seed's rate, slip, heterogeneity and times, over the true value.
     seeds
@@ -98,9 +99,11 @@ class CurveKind:
         several = len(self.roughnesses) > 1
         pooled = {f"pooled_{name}": value for name, value in own.items()} if several else {}
         straight, slips = self.exponent == 1, self.slip[0] != 0
+        joint = {f"{JOINT}{name}": own[name] for name in PARAMETERS} if straight and slips else {}
         return {
             **own,
             **pooled,
+            **joint,
             "slip_time_exponent": self.time_exponent,
             "slip_coefficient": self.slip[0] if straight else nothing,
             "slip_exponent": self.exponent if slips else nothing,
@@ -134,11 +137,9 @@ class CurveKind:
         if self.shape == "rest":
             flows, rate = np.zeros_like(flows), np.zeros_like(rate)
         excess = np.maximum(stress - self.yield_stress, 0.0)
-        slip = np.where(
-            flows[:, None],
-            excess[:, None] ** self.exponent * np.array(self.slip[: len(roughness)]),
-            (stress * self.newtonian)[:, None] * (roughness == 0),
-        )
+        layers = excess[:, None] ** self.exponent * np.array(self.slip[: len(roughness)])
+        film = (stress * self.newtonian)[:, None] * (roughness == 0)
+        slip = np.where(layers < 0, layers, np.maximum(layers, film))
         late = np.where(flows, np.where(flows, excess, 1.0) ** self.time_exponent, np.nan)
         uneven = 0.02 * stress**self.heterogeneity_exponent
         shape = (len(stress), len(roughness))
@@ -217,9 +218,11 @@ CURVES: Mapping[str, CurveKind] = {
         roughnesses=ROUGHNESSES,
     ),
     "negative slip": CurveKind(
-        "Herschel–Bulkley with negative slip", slip=(-0.002, -0.0016, -0.0004, 0.0)
+        "Herschel–Bulkley with negative slip",
+        slip=(-0.002, -0.0016, -0.0004, 0.0),
+        newtonian=0.0,
     ),
-    "quadratic slip": CurveKind("slip as (σ − σ_y)²", exponent=2.0),
+    "quadratic slip": CurveKind("slip as (σ − σ_y)²", exponent=2.0, slip=(0.02,)),
     "same slip": CurveKind(
         "slip that roughness does not suppress", slip=(0.002,) * 2, roughnesses=(0.0, 0.6)
     ),

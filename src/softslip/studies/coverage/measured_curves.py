@@ -7,7 +7,7 @@ from numpy.random import SeedSequence
 from softslip.analysis.fits import FITTED, fit_laws, herschel_bulkley
 from softslip.analysis.fits.flow import PARAMETERS
 from softslip.analysis.fits.slip import CONCLUSIVE, EVIDENCE
-from softslip.files.quantities import POOLED
+from softslip.files.quantities import JOINT, POOLED
 from softslip.studies.coverage.made_up_curves import CurveKind
 from softslip.studies.coverage.tallies import Tally
 
@@ -50,7 +50,7 @@ def _smoothest(fitted: xr.DataArray) -> xr.DataArray:
 
 def _message_of(name: str) -> str:
     """Return the name of the message on a parameter; those of the flow law share one."""
-    prefix = POOLED if name.startswith(POOLED) else ""
+    prefix = next((each for each in (POOLED, JOINT) if name.startswith(each)), "")
     shared = name.removeprefix(prefix) in PARAMETERS
     return f"{prefix}fit_message" if shared else f"{name}_message"
 
