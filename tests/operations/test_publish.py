@@ -5,12 +5,18 @@ from pathlib import Path
 import pytest
 from small_results import NAME, call, results, source
 
+from softslip.config.scenario import load_scenario
 from softslip.files.products import DATASETS
 from softslip.files.publication import blocks_in
 from softslip.files.storage import read_dataset
-from softslip.operations.publish import DOCUMENT, PUBLISHED
+from softslip.operations.publish import DOCUMENT, PUBLISHED, publication_of
 
 __all__ = ["results"]
+
+ROOT = Path(__file__).parents[2]
+
+SCENARIOS = sorted(path.parent.name for path in (ROOT / PUBLISHED).glob("*/flow_curve.nc"))
+"""Scenarios with published results."""
 
 PARTS = tuple(f"{NAME}_{part}" for part in ("scope", "comparison", "laws", "effort"))
 
@@ -57,3 +63,11 @@ def test_what_is_not_finished_is_not_published(project, results):
     said = call(["publish", source(results), "--results", results])
     assert said
     assert not (project / PUBLISHED).exists()
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_the_document_says_what_the_published_datasets_say(name):
+    scenario = load_scenario(str(ROOT / "config" / f"{name}.yaml"))
+    said = blocks_in((ROOT / DOCUMENT).read_text("utf-8"))
+    for part, text in publication_of(scenario).blocks(ROOT / PUBLISHED / name).items():
+        assert said[part] == text.strip(), part
