@@ -103,8 +103,18 @@ def test_noise_about_zero_is_steady_within_its_error():
 def test_a_bulk_that_has_only_strained_elastically_has_not_flowed():
     creep = 0.1 * np.exp(-TIME / 5) + 1e-6
     flow = 0.1 * np.exp(-TIME / 5) + 1e-2
-    assert has_not_flowed(creep, 100, mean_of(creep[100:]))
-    assert not has_not_flowed(flow, 100, mean_of(flow[100:]))
+    assert has_not_flowed(creep, 100, mean_of(creep[100:]), 1.0)
+    assert not has_not_flowed(flow, 100, mean_of(flow[100:]), 1.0)
+
+
+@pytest.mark.parametrize("length", [1e-6, 1.0, 5e3])
+def test_steady_creep_in_which_no_particle_changes_its_neighbours_is_no_flow(length):
+    quiet, noise = np.zeros(100), 1 + 0.1 * red_noise(900, 5, generator(9))
+    for strain, flows in ((0.02, False), (0.2, True)):
+        rate = np.concatenate((quiet, strain / 900 / length * noise))
+        assert has_not_flowed(rate, 100, mean_of(rate[100:]), length) is not flows
+        assert judged(rate, rate, flows=length)[1] == (STEADY if flows else DRIFTING)
+        assert judged(rate, rate)[1] == STEADY
 
 
 PYMSER = {

@@ -32,6 +32,9 @@ FLAGS = {
 VERDICT_NAMES = {name: flag.replace("steady", "verdict") for name, flag in FLAGS.items()}
 """The name of the verdict on each of those series."""
 
+BULK = "shear_rate_bulk"
+"""Series that must have flowed to be steady."""
+
 NO_SERIES = ""
 """Verdict on a series that a run lacks."""
 
@@ -58,8 +61,8 @@ def steady_state(run: xr.Dataset) -> xr.Dataset:
        slip is a part. Its error counts the correlation of the series (`change_of`).
     4. The series is **drifting** if the trend is significant (t-test, 5 %) and above 5 %; if the
        transient does not end before 45 % of the run, unless drift and its error are below 5 %; if
-       a rate falls on as a power of time (`falls_as_power`); or if the bulk has hardly strained
-       beyond its elastic response (`has_not_flowed`). It is **too short** if the window has less
+       a rate falls on as a power of time (`falls_as_power`); or if the bulk has strained too little
+       to have flowed (`has_not_flowed`). It is **too short** if the window has less
        than 20 bins. Otherwise it is **steady**, or, where the standard error of the mean
        (`mean_of`) exceeds 5 %, **steady within its error**.
 
@@ -93,9 +96,10 @@ def steady_state(run: xr.Dataset) -> xr.Dataset:
         When the run has no records, or its parameters cannot be read.
     """
     edges = equal_bins(run)
+    length = float(edges[1] - edges[0])
     series = {name: _scaled(run, name, edges) for name in FLAGS if name in run}
     found = {
-        name: judged(values, scale, name != "slip_velocity", name == "shear_rate_bulk")
+        name: judged(values, scale, name != "slip_velocity", length if name == BULK else None)
         for name, (values, scale) in series.items()
     }
     steady = {name: found.get(name, (0, NO_SERIES))[1] in (STEADY, WITHIN_ERROR) for name in FLAGS}
@@ -114,7 +118,7 @@ def steady_state(run: xr.Dataset) -> xr.Dataset:
         told |= {flag: steady[name], VERDICT_NAMES[name]: verdict}
     stress = interval_means(run, "stress", edges[start:])
     kept = window_of(stress, stress).mean
-    rates = [name for name in ("shear_rate_wall", "shear_rate_bulk") if name in series]
+    rates = [name for name in ("shear_rate_wall", BULK) if name in series]
     told |= {
         "steady": all(steady[name] for name in rates),
         "steady_from": float(edges[start]),

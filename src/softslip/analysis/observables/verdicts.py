@@ -42,6 +42,10 @@ LATEST_START = 0.45
 LEAST_STRAIN = 0.5
 """Strain in the window of a flow, over the strain before it, which is mostly elastic."""
 
+REARRANGING_STRAIN = 0.05
+"""Strain in the window of a flow: by less, particles hardly change their neighbours. Jammed soft
+particles yield at 0.05 to 0.1; those of the paper at σ_y over a modulus of about 0.6, 0.09."""
+
 
 @dataclass(frozen=True)
 class Window:
@@ -98,19 +102,30 @@ def steady_verdict(error: float, scale: float) -> str:
     return STEADY if error <= LARGE_ERROR * abs(scale) else WITHIN_ERROR
 
 
-def has_not_flowed(values: FloatArray, start: int, mean: MeanEstimate) -> bool:
-    """Tell whether a bulk has strained clearly less in its window than before it.
+def has_not_flowed(values: FloatArray, start: int, mean: MeanEstimate, length: float) -> bool:
+    """Tell whether a bulk has strained too little in its window to have flowed.
 
     Before a material flows it strains elastically, by about σ/G, within the transient. A bulk that
-    afterwards strains by less than half of that, even at two standard errors above its mean rate,
-    has not flowed but creeps, however steadily: its rate is no point of a flow curve.
+    afterwards strains by less than half of that, or by less than makes particles change their
+    neighbours, even at two standard errors above its mean rate, has not flowed but creeps, however
+    steadily: its rate is no point of a flow curve.
+
+    Parameters
+    ----------
+    values
+        Rates in equal bins from time 0 on, shape (n,).
+    start, mean
+        First bin of the window, and its mean.
+    length
+        Of a bin.
     """
-    before = float(values[:start].sum())
-    return (mean.value + 2 * mean.error) * (len(values) - start) < LEAST_STRAIN * before
+    before = float(values[:start].sum()) * length
+    after = (mean.value + 2 * mean.error) * (len(values) - start) * length
+    return after < max(LEAST_STRAIN * before, REARRANGING_STRAIN)
 
 
 def judged(
-    values: FloatArray, scale: FloatArray, falls: bool = False, flows: bool = False
+    values: FloatArray, scale: FloatArray, falls: bool = False, flows: float | None = None
 ) -> tuple[int, str]:
     """Return where the window of a series starts, and the verdict on it.
 
@@ -123,7 +138,7 @@ def judged(
     falls
         Whether a fall as a power of time makes it drifting.
     flows
-        Whether it is a rate of shear that must have flowed to be steady.
+        Length of a bin of a rate of shear that must have flowed to be steady; None for others.
     """
     count = len(values)
     start = steady_start(values)
@@ -132,7 +147,7 @@ def judged(
         return start, TOO_SHORT
     small = max(abs(window.drift), window.drift_error) <= SMALL_DRIFT
     creeps = (falls and falls_as_power(values, start)) or (
-        flows and has_not_flowed(values, start, window.mean)
+        flows is not None and has_not_flowed(values, start, window.mean, flows)
     )
     unfinished = start >= LATEST_START * count and not small
     if creeps or unfinished or trend_found(window.drift, window.change.chance):
