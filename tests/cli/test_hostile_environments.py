@@ -65,6 +65,8 @@ WORDS: Mapping[str, str] = {
     "trace": "trace results/small/figures/fig4.png --json",
     "verify": "verify small --json",
     "crate": "crate small --zip out/small.zip",
+    "effort": "effort small",
+    "publish": "publish small",
     "validate": "validate couette --json",
     "bench": "bench run --particles 0 --fidelity standard --output out/bench.nc",
     "numerics": "numerics limits --study nowhere --output out/limits.nc",

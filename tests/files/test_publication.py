@@ -65,3 +65,10 @@ def test_nothing_is_published_where_the_document_has_lost_a_part(project):
     with pytest.raises(ConfigError, match="size"):
         publication("whole.nc").write(project / "results", project)
     assert not (project / "published").exists()
+
+
+def test_nothing_is_published_where_there_is_no_document(project):
+    (project / "document.md").unlink()
+    with pytest.raises(ConfigError, match=r"document.md' is not there; publish from the folder"):
+        publication("whole.nc").write(project / "results", project)
+    assert not (project / "published").exists()

@@ -91,7 +91,7 @@ TABLE = [
     ("gather coverage", "analysis.observables.slip_lengths"),
     ("gather fit", "analysis.observables.master_curves"),
     ("fit", "analysis.fits.summary"),
-    ("fit draw coverage", "analysis.fits.flow"),
+    ("fit draw coverage", "analysis.fits.flow analysis.fits.joint"),
     ("fit compare draw coverage", "analysis.fits.finite_size analysis.fits.points"),
     ("fit coverage", "analysis.fits analysis.fits.critical_roughness analysis.fits.likelihood"),
     ("fit coverage", "analysis.fits.measured_points analysis.fits.outcomes"),

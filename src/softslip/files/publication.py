@@ -7,6 +7,7 @@ from pathlib import Path
 
 from softslip.errors import ConfigError, DatasetError
 from softslip.files.storage import replacing
+from softslip.messages import brief
 
 Blocks = Mapping[str, str]
 """Generated parts of a document by name."""
@@ -52,12 +53,15 @@ class Publication:
         DatasetError
             When a file is missing or unreadable; then nothing is written.
         ConfigError
-            When the document has lost a part.
+            When the document is not there, or has lost a part.
         """
         contents = {
             self.folder / source.relative_to(results): source.read_bytes()
             for source in self._sources(results)
         }
+        if not (root / self.document).exists():
+            limit, remedy = "is not there", "publish from the folder of a clone of the project"
+            raise ConfigError("document", brief(str(self.document)), limit, remedy)
         text = (root / self.document).read_text(encoding="utf-8")
         contents[self.document] = with_blocks(text, self.blocks(results)).encode()
         for path, other in self.others(results).items():
