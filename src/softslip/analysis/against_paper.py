@@ -103,12 +103,7 @@ def _critical_roughness(curve: xr.Dataset, fits: xr.Dataset) -> FoundNumber:
     if not np.isfinite(found.value):
         return found
     low, high = _at_smoothest(fits)["critical_roughness_bracket"].values
-    between = (high - low) / 12**0.5
-    return replace(
-        found,
-        error=float(np.hypot(found.error, between)),
-        remark=f"between the roughnesses {low:g} and {high:g}",
-    )
+    return replace(found, error=float(np.hypot(found.error, (high - low) / 12**0.5)))
 
 
 def _newtonian_length(curve: xr.Dataset, fits: xr.Dataset) -> FoundNumber:

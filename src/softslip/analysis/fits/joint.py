@@ -118,7 +118,7 @@ def _fit_both(flowing: Points, slipping: Points) -> Fit:
     others = (speed / stress,) * len(SLIP_PARAMETERS)
     fit = flow_outcome(both, found, count, stress, rate, others)
     chance = _agreement(found, (flow, alone[0]), (slip, alone[1]))
-    if fit.message == FITTED and chance < CONTRADICTED:
+    if chance < CONTRADICTED:
         said = f"flow and slip have different yield stresses: chance {chance:.2g} that they do not"
         fit = replace(fit, message=said)
     return replace(fit, more={AGREEMENT: chance})
