@@ -3,6 +3,7 @@
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -107,6 +108,8 @@ def demo(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a copy of the project with all results of a small demo."""
     folder = copy_project(tmp_path_factory.mktemp("documents") / "copy")
     (folder / "config" / "demo.yaml").write_text(DEMO)
+    (folder / "docs").mkdir()
+    shutil.copy(ROOT / "docs" / "results.md", folder / "docs")
     said_by(["snakemake", "--cores", "2"], folder)
     return folder
 
