@@ -10,6 +10,10 @@ from softslip.files.products import DATASETS
 from softslip.files.publication import blocks_in
 from softslip.files.storage import read_dataset
 from softslip.operations.publish import DOCUMENT, PUBLISHED, publication_of
+from softslip.provenance.archive import FOUND, MISSING
+from softslip.provenance.tracing.targets import Target
+from softslip.provenance.tracing.walk import trace
+from softslip.provenance.verification import verify
 
 __all__ = ["results"]
 
@@ -71,3 +75,15 @@ def test_the_document_says_what_the_published_datasets_say(name):
     said = blocks_in((ROOT / DOCUMENT).read_text("utf-8"))
     for part, text in publication_of(scenario).blocks(ROOT / PUBLISHED / name).items():
         assert said[part] == text.strip(), part
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_published_results_are_sound_and_traced_without_their_runs(name):
+    scenario, folder = load_scenario(str(ROOT / "config" / f"{name}.yaml")), ROOT / PUBLISHED / name
+    found = verify(scenario, folder)
+    assert not [each for verdict in found.verdicts for each in verdict.problems]
+    assert not [verdict.name for verdict in found.verdicts if verdict.foreign]
+    walked = trace(Target(folder / "figures" / "fig5.png"))
+    there = {node.stage for node in walked.nodes if node.state == FOUND}
+    assert there == {"fits", "flow_curve", "figure"}
+    assert {node.stage for node in walked.nodes if node.state == MISSING} == {"shear"}

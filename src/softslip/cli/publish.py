@@ -44,8 +44,9 @@ def publish(scenario: ResultsName, results: Results = None) -> None:
     The tables in the generated parts of docs/results.md that are called after the scenario are
     replaced. Its runs need not all be done: the document says how many are.
     """
+    from softslip.files.products import EFFORT
     from softslip.files.storage import write_dataset
-    from softslip.operations.effort import EFFORT, measure_effort
+    from softslip.operations.effort import measure_effort
     from softslip.operations.publish import publication_of
     from softslip.provenance.attribution import Job
     from softslip.provenance.fingerprints import fingerprint

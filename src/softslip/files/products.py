@@ -20,6 +20,9 @@ FITS = "fits"
 COMPARISON = "comparison"
 """Stage of what is held against the paper."""
 
+EFFORT = "effort"
+"""Stage of what the runs of a scenario took, which no rule makes: it is there once published."""
+
 SNAPSHOT = "snapshot"
 """Figure of one run, and its rule."""
 

@@ -18,9 +18,6 @@ from softslip.operations.scenario_status import scenario_status
 from softslip.provenance.attribution import read_provenance
 from softslip.solver.step_limits import CAUSES
 
-EFFORT = "effort"
-"""Stage of the dataset, and its file."""
-
 _VARIABLES: Mapping[str, tuple[str, str]] = {
     "runs": ("1", "number of runs of the scenario"),
     "runs_done": ("1", "number of runs done"),

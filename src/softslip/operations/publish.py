@@ -5,10 +5,9 @@ from pathlib import Path
 from softslip.analysis.comparison_markdown import comparison_table
 from softslip.config.scenario import Scenario
 from softslip.files.layout import DATASET
-from softslip.files.products import COMPARISON, DATASETS, FITS
+from softslip.files.products import COMPARISON, DATASETS, EFFORT, FITS
 from softslip.files.publication import Publication
 from softslip.files.storage import read_dataset
-from softslip.operations.effort import EFFORT
 from softslip.operations.results_markdown import effort_table, laws_table, scope_text
 
 DOCUMENT = Path("docs/results.md")

@@ -21,14 +21,24 @@ LAST = STAGES[-1]
 """Stage of the runs that tables are gathered from."""
 
 
+FIGURES_FOLDERS = ("figures", "snapshots")
+"""Folders of figures, below one of results."""
+
+
 def results_folder(path: Path) -> Path:
-    """Return the folder of results that a file lies in, its own where there is none."""
+    """Return the folder of results that a file lies in, its own where there is none.
+
+    It has runs, or figures in a folder of their own, as what is published of results.
+    """
     for folder in path.absolute().parents:
         if any((folder / stage).is_dir() for stage in (LAST, STAGES[0])):
             # As it was given, so that what is shown is no longer than needed.
             near = [each for each in path.parents if each.absolute() == folder]
             return near[0] if near else folder
-    return path.parent
+    folder = path.parent
+    while folder.name in FIGURES_FOLDERS:
+        folder = folder.parent
+    return folder
 
 
 def trace(target: Target, results: Path | None = None) -> Trace:

@@ -18,7 +18,7 @@ from softslip.config.scenario import Scenario
 from softslip.config.stages import STAGES, stage_ids, stage_paths
 from softslip.files.expected_results import expected_results
 from softslip.files.layout import DATASET, FIGURE
-from softslip.files.products import DATASETS, PAGES, TABLES, shows_one_run
+from softslip.files.products import DATASETS, EFFORT, PAGES, TABLES, shows_one_run
 from softslip.messages import brief, file_text
 from softslip.provenance.archive import Archive, usual_place
 from softslip.provenance.attribution import UNKNOWN
@@ -67,7 +67,7 @@ class Consistency:
             return product.run not in self._ids[product.stage]
         if product.stage == FIGURE and shows_one_run(product.title):
             return product.run not in self._ids["shear"]
-        known = (*DATASETS, FIGURE)
+        known = (*DATASETS, EFFORT, FIGURE)
         return product.stage not in known or dict(product.parameters) != self._parameters
 
     def is_of_other_code(self, product: Product) -> bool:
@@ -105,8 +105,13 @@ class Consistency:
             yield from self._table(product)
         elif product.stage in (*DATASETS, FIGURE):
             yield from self._derived(product)
+        # What is published of results has the tables and figures, but not the runs.
+        without_runs = not any((self.folder / stage).is_dir() for stage in STAGES)
+        if without_runs and any(parent.stage in STAGES for parent in product.parents):
+            yield Remark("was made from runs, of which this folder has none")
         for parent in product.parents:
-            yield from self._parent(product, parent)
+            if not (without_runs and parent.stage in STAGES):
+                yield from self._parent(product, parent)
         if product.provenance.get("commit") == UNKNOWN:
             yield Remark("its commit is not known; it was made outside a checkout")
         if self.is_of_other_code(product):
