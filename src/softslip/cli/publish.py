@@ -1,5 +1,6 @@
 """`softslip effort` and `softslip publish`: what a campaign took, and its results for others."""
 
+import sys
 from pathlib import Path
 
 import typer
@@ -33,7 +34,8 @@ def effort(scenario: ResultsName, results: Results = None) -> None:
     from softslip.operations.results_markdown import effort_table
 
     measured, _ = measure_effort(*_named(scenario, results))
-    Console().print(Markdown(effort_table(measured)))
+    console = Console(width=None if sys.stdout.isatty() else 160)
+    console.print(Markdown(effort_table(measured)))
 
 
 @app.command()
