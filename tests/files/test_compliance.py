@@ -10,6 +10,7 @@ from pathlib import Path
 import netCDF4
 import pytest
 import scenes
+import small_results
 import tradeoff_synthetic
 import xarray as xr
 from cf_units import Unit
@@ -27,9 +28,11 @@ from softslip.analysis.observables.structure import structure
 from softslip.analysis.observables.tables import creep, flow_curve, profiles
 from softslip.config.fields import all_fields, extra
 from softslip.config.parameters import Parameters
+from softslip.config.scenario import load_scenario
 from softslip.files.conventions import file_units
 from softslip.files.discovery import DESCRIPTIONS
 from softslip.files.storage import read_dataset, write_dataset
+from softslip.operations.effort import measure_effort
 from softslip.simulation import hydrodynamics
 from softslip.simulation.expansion import expand
 from softslip.simulation.packing import pack
@@ -201,6 +204,9 @@ def files(aged, tmp_path_factory):
         patch.setattr(member_dataset, "ROUNDS_FOR", 0.0)
         patch.setattr(member_dataset, "FEWEST_ROUNDS", 1)
         found = chain(aged) | tables() | numerics() | {"elements": bench.pop("elements")}
+    made = small_results.made()
+    scenario = load_scenario(str(made / f"{small_results.NAME}.yaml"))
+    found["effort"] = measure_effort(scenario, made / "results")[0]
     kinds = [(stage, "test", dataset) for stage, dataset in found.items()]
     kinds += [("bench", name, dataset) for name, dataset in bench.items()]
     written = {}

@@ -47,6 +47,8 @@ KNOWN = {
     "fits": {
         *("reduced_chi_square", "yield_stress", "consistency", "flow_index"),
         *("pooled_reduced_chi_square", "pooled_yield_stress", "pooled_consistency"),
+        *("joint_reduced_chi_square", "joint_yield_stress", "joint_consistency"),
+        *("joint_flow_index", "joint_slip_coefficient", "joint_newtonian_slip_coefficient"),
         *("pooled_flow_index", "slip_coefficient", "slip_coefficient_reduced_chi_square"),
         *("newtonian_slip_coefficient", "newtonian_slip_coefficient_reduced_chi_square"),
         "critical_roughness",

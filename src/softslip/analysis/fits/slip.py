@@ -36,6 +36,9 @@ COEFFICIENT, NEWTONIAN = "slip_coefficient", "newtonian_slip_coefficient"
 EXPONENT, INTERCEPT = "slip_exponent", "slip_yield_stress"
 EVIDENCE = "slip_linear_evidence"
 
+LARGEST = 3
+"""Points at the largest stresses through which a line is drawn to start from."""
+
 FILM = "_film"
 """End of the names of what says whether a law was fitted beside a film, to all points."""
 
@@ -166,10 +169,16 @@ def _fit_intercept(points: Points, law: SlipLaw) -> Fit:
         return np.asarray((scaled.value - speeds) / scaled.error)
 
     slope, _ = np.polyfit(scaled.abscissa, scaled.value, 1, w=1 / scaled.error)
-    film = [float(scaled.value[0] / scaled.abscissa[0])] if law.film else []
+    starts = [np.array([start, slope]) for start in (law.offset / stress, 0.0)]
+    if law.film:
+        # The film is at the least stresses, the line through the largest.
+        film = float(scaled.value[0] / scaled.abscissa[0])
+        steep, last = np.polyfit(scaled.abscissa[-LARGEST:], scaled.value[-LARGEST:], 1)
+        starts.append(np.array([-last / steep, steep]))
+        starts = [np.append(start, film) for start in starts]
     free = LawToFit(
         Problem(deviations, scaled.freedom, scaled.common),
-        [np.array([start, slope, *film]) for start in (law.offset / stress, 0.0, 0.1)],
+        starts,
         (stress,),
         ("the stress at which slip begins",),
     )

@@ -151,7 +151,7 @@ class CurveKind:
             "yielding_time": np.broadcast_to(late[:, None], shape),
             "slip_time": np.broadcast_to(late[:, None], shape),
         }
-        least = {"slip_velocity": 2e-5, "shear_rate_bulk": 1e-5}
+        least = {"slip_velocity": 2e-6, "shear_rate_bulk": 1e-5}
         curve = self._measured(true, least, random, ("stress", "roughness"))
         curve = curve.assign_coords(stress=stress, roughness=roughness)
         creeps = ~flows if self.shape == "law" else np.zeros_like(flows)
