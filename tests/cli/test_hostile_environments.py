@@ -67,6 +67,7 @@ WORDS: Mapping[str, str] = {
     "crate": "crate small --zip out/small.zip",
     "effort": "effort small",
     "publish": "publish small",
+    "reproduce": "reproduce small",
     "validate": "validate couette --json",
     "bench": "bench run --particles 0 --fidelity standard --output out/bench.nc",
     "numerics": "numerics limits --study nowhere --output out/limits.nc",

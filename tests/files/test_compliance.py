@@ -33,6 +33,7 @@ from softslip.files.conventions import file_units
 from softslip.files.discovery import DESCRIPTIONS
 from softslip.files.storage import read_dataset, write_dataset
 from softslip.operations.effort import measure_effort
+from softslip.operations.reproduction import measure_reproduction
 from softslip.simulation import hydrodynamics
 from softslip.simulation.expansion import expand
 from softslip.simulation.packing import pack
@@ -207,6 +208,8 @@ def files(aged, tmp_path_factory):
     made = small_results.made()
     scenario = load_scenario(str(made / f"{small_results.NAME}.yaml"))
     found["effort"] = measure_effort(scenario, made / "results")[0]
+    curve = read_dataset(made / "results" / "flow_curve.nc", stage="flow_curve")
+    found["reproduction"] = measure_reproduction(curve, curve)
     kinds = [(stage, "test", dataset) for stage, dataset in found.items()]
     kinds += [("bench", name, dataset) for name, dataset in bench.items()]
     written = {}

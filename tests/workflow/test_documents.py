@@ -111,6 +111,9 @@ def demo(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "docs").mkdir()
     shutil.copy(ROOT / "docs" / "results.md", folder / "docs")
     said_by(["snakemake", "--cores", "2"], folder)
+    published = folder / "results" / "published" / "demo"
+    published.mkdir(parents=True, exist_ok=True)
+    shutil.copy(folder / "results" / "demo" / "flow_curve.nc", published)
     return folder
 
 

@@ -71,6 +71,7 @@ COMMANDS: Mapping[str, Mapping[str, str]] = {
         "their steps.",
         "publish": "Copy a scenario's datasets and figures to results/published, and write "
         "docs/results.md.",
+        "reproduce": "Hold runs that were made again beside the published ones of a scenario.",
     },
     "validate": {
         "validate": "Solve a flow whose solution is known, and compare; fails when the error is "

@@ -1,7 +1,9 @@
-"""`softslip effort` and `softslip publish`: what a campaign took, and its results for others."""
+"""`softslip effort`, `publish` and `reproduce`: what a campaign took, its results for others."""
 
+import json
 import sys
 from pathlib import Path
+from typing import Annotated
 
 import typer
 from rich.console import Console
@@ -63,3 +65,46 @@ def publish(scenario: ResultsName, results: Results = None) -> None:
     write_dataset(labelled, path, stage=EFFORT, run=loaded.name, title=f"effort of {loaded.name}")
     for written in publication_of(loaded).write(folder):
         print(written)
+
+
+@app.command()
+@one_line_errors
+def reproduce(
+    scenario: ResultsName,
+    results: Results = None,
+    publish: Annotated[
+        bool, typer.Option("--publish", help="Put the table into docs/results.md too.")
+    ] = False,
+) -> None:
+    """Hold runs that were made again beside the published ones of a scenario.
+
+    Make some of its runs, or all, anywhere; then this says which have the same bits as the
+    published ones, and by how many standard errors the means of the others differ.
+    """
+    from softslip.files.products import REPRODUCTION
+    from softslip.files.storage import read_dataset, write_dataset
+    from softslip.operations.publish import PUBLISHED, reproduction_of
+    from softslip.operations.reproduction import measure_reproduction
+    from softslip.operations.results_markdown import reproduction_table
+    from softslip.provenance.attribution import Job, parents_of
+    from softslip.provenance.catalogue.gathering import finished_runs, gather_table
+    from softslip.provenance.fingerprints import fingerprint
+
+    loaded, folder = _named(scenario, results)
+    published = read_dataset(
+        PUBLISHED / loaded.name / f"flow_curve{DATASET}", stage="flow_curve", run=loaded.name
+    )
+    gathered, runs = gather_table("flow_curve", finished_runs(loaded, folder))
+    again = gathered.assign_attrs(parents=json.dumps(parents_of(runs)))
+    labelled = measure_reproduction(published, again).assign_attrs(
+        parameters=loaded.as_json(),
+        **Job().labels([published, *runs], fingerprint=fingerprint("gather")),
+    )
+    path = folder / f"{REPRODUCTION}{DATASET}"
+    title = f"{REPRODUCTION} of {loaded.name}"
+    write_dataset(labelled, path, stage=REPRODUCTION, run=loaded.name, title=title)
+    console = Console(width=None if sys.stdout.isatty() else 200)
+    console.print(Markdown(reproduction_table(labelled)))
+    if publish:
+        for written in reproduction_of(loaded).write(folder):
+            print(written)

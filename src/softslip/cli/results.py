@@ -2,12 +2,10 @@
 
 import json
 import sys
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
-import xarray as xr
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
@@ -15,7 +13,7 @@ from rich.text import Text
 from softslip.cli.common import Output, Results, one_line_errors, tell_choice
 from softslip.cli.naming import ResultsName, file_named, scenario_of
 from softslip.config.reference import write_references
-from softslip.config.scenario import Scenario, load_scenario
+from softslip.config.scenario import load_scenario
 from softslip.config.stages import STAGES
 from softslip.errors import ConfigError
 from softslip.files.layout import DATASET
@@ -29,17 +27,6 @@ from softslip.provenance.scenario_file import NOTED, noted_file, refuse_other_fi
 app = typer.Typer()
 
 
-def _finished(
-    scenario: Scenario, results: Path | None
-) -> Iterator[tuple[dict[str, Any], xr.Dataset | None]]:
-    """Yield the swept values of each run and its records, or None where there are none yet."""
-    folder = results or Path("results") / scenario.name
-    for run in scenario.runs():
-        path = folder / "shear" / f"{run.ids['shear']}.nc"
-        records = read_dataset(path, stage="shear", run=run.ids["shear"]) if path.exists() else None
-        yield dict(run.coordinates), records
-
-
 TableName = Annotated[str, typer.Argument(metavar="TABLE", help=f"One of {', '.join(TABLES)}.")]
 
 
@@ -49,13 +36,14 @@ def gather(
     table: TableName, scenario: ResultsName, output: Output, results: Results = None
 ) -> None:
     """Gather the finished runs of a scenario into one dataset."""
-    from softslip.provenance.catalogue.gathering import check_table, gather_table
+    from softslip.provenance.catalogue.gathering import check_table, finished_runs, gather_table
 
     check_table(table)
     scenario, results = scenario_of(scenario, results)
     loaded = load_scenario(scenario)
     refuse_other_file(loaded, output.parent)
-    gathered, parents = gather_table(table, _finished(loaded, results))
+    folder = results or Path("results") / loaded.name
+    gathered, parents = gather_table(table, finished_runs(loaded, folder))
     labelled = gathered.assign_attrs(
         parameters=loaded.as_json(),
         **Job().labels(parents, fingerprint=fingerprint("gather"), **{NOTED: noted_file(loaded)}),

@@ -53,6 +53,11 @@ DESCRIPTIONS: Mapping[str, Description] = {
         "their time steps.",
         TEST,
     ),
+    "reproduction": Description(
+        "Steady shear rates and slip velocities of published runs of dense suspensions of soft "
+        "particles beside those of the same runs made again.",
+        TEST,
+    ),
     "bench": Description(
         "Computing time, memory and accuracy of numerical schemes side by side.", TEST
     ),

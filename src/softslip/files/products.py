@@ -23,6 +23,9 @@ COMPARISON = "comparison"
 EFFORT = "effort"
 """Stage of what the runs of a scenario took, which no rule makes: it is there once published."""
 
+REPRODUCTION = "reproduction"
+"""Stage of what published runs are beside the same runs made again, which no rule makes either."""
+
 SNAPSHOT = "snapshot"
 """Figure of one run, and its rule."""
 

@@ -5,10 +5,15 @@ from pathlib import Path
 from softslip.analysis.comparison_markdown import comparison_table
 from softslip.config.scenario import Scenario
 from softslip.files.layout import DATASET
-from softslip.files.products import COMPARISON, DATASETS, EFFORT, FITS
+from softslip.files.products import COMPARISON, DATASETS, EFFORT, FITS, REPRODUCTION
 from softslip.files.publication import Publication
 from softslip.files.storage import read_dataset
-from softslip.operations.results_markdown import effort_table, laws_table, scope_text
+from softslip.operations.results_markdown import (
+    effort_table,
+    laws_table,
+    reproduction_table,
+    scope_text,
+)
 
 DOCUMENT = Path("docs/results.md")
 """Document on published results, below the project's folder."""
@@ -42,5 +47,26 @@ def publication_of(scenario: Scenario) -> Publication:
         document=DOCUMENT,
         files=(*(f"{table}{DATASET}" for table in DATASETS), f"{EFFORT}{DATASET}", "figures/*.*"),
         made_by=f"finish it with snakemake --cores 2 --config scenario={name}",
+        blocks=blocks,
+    )
+
+
+def reproduction_of(scenario: Scenario) -> Publication:
+    """Return what is published of runs of a scenario that were made again.
+
+    The document has the generated part ``NAME_reproduction``.
+    """
+    name = scenario.name
+
+    def blocks(results: Path) -> dict[str, str]:
+        path = results / f"{REPRODUCTION}{DATASET}"
+        again = read_dataset(path, stage=REPRODUCTION, run=name)
+        return {f"{name}_reproduction": reproduction_table(again)}
+
+    return Publication(
+        folder=PUBLISHED / name,
+        document=DOCUMENT,
+        files=(f"{REPRODUCTION}{DATASET}",),
+        made_by=f"run softslip reproduce {name}",
         blocks=blocks,
     )

@@ -2,13 +2,15 @@
 
 from collections.abc import Mapping
 
+import numpy as np
 import xarray as xr
 
 from softslip.analysis.fits.summary import fits_in_words
 from softslip.config.scenario import Scenario
 from softslip.messages import counted, duration
+from softslip.operations.reproduction import OBSERVABLES
 from softslip.provenance.attribution import read_provenance
-from softslip.studies.markdown import LEFT, RIGHT, markdown_table
+from softslip.studies.markdown import LEFT, RIGHT, SYMBOLS, markdown_table
 
 CAUSES: Mapping[str, str] = {
     "error": "the accepted error",
@@ -117,3 +119,57 @@ def _steps_text(shear: xr.Dataset) -> str:
         f"{int(shear['evaluations']) / done:.0f} evaluations. What set the length of a step: "
         f"{told}."
     )
+
+
+def reproduction_table(reproduction: xr.Dataset) -> str:
+    """Return how runs that were made again compare with the published ones, a row each.
+
+    Parameters
+    ----------
+    reproduction
+        From `operations.reproduction`.
+    """
+    swept = [
+        str(name)
+        for name, each in reproduction.coords.items()
+        if name != "run" and each.dims == ("run",)
+    ]
+    header = [*swept, "Same bits"]
+    for name in OBSERVABLES:
+        header += [f"{SYMBOLS[name]} published", "again", "difference [standard errors]"]
+    rows = [
+        _reproduction_row(reproduction.isel(run=place), swept)
+        for place in range(reproduction.sizes["run"])
+    ]
+    table = markdown_table(header, rows, [RIGHT] * len(header))
+    return f"{_reproduction_text(reproduction)}\n\n{table}"
+
+
+def _reproduction_row(run: xr.Dataset, swept: list[str]) -> list[str]:
+    cells = [f"{run[name].item():g}" for name in swept]
+    cells.append("yes" if run["identical"] else "no")
+    for name in OBSERVABLES:
+        cells += [f"{float(run[f'{name}_{which}']):.4g}" for which in ("published", "again")]
+        off = float(run[f"{name}_difference"])
+        cells.append(f"{off:+.2f}" if np.isfinite(off) else "–")
+    return cells
+
+
+def _reproduction_text(reproduction: xr.Dataset) -> str:
+    """Return how many runs were made again, where, and how far off those are that differ."""
+    record = read_provenance(reproduction.attrs)
+    count, same = reproduction.sizes["run"], int(reproduction["identical"].sum())
+    said = (
+        f"{counted(count, 'run')} made again at commit {record['commit'][:7]} "
+        f"on {record['processor']}: {same} with the same bits."
+    )
+    parted = reproduction.isel(run=~reproduction["identical"].values)
+    off = np.concatenate([np.abs(parted[f"{name}_difference"].values) for name in OBSERVABLES])
+    off = off[np.isfinite(off)]
+    if len(off):
+        said += (
+            f" Of the others, means differ by {np.sqrt(np.mean(off**2)):.2f} standard errors (root "
+            f"mean square of {len(off)}), {off.max():.2f} at most, and "
+            f"{np.mean(off > 2):.0%} by more than two."
+        )
+    return said

@@ -1,0 +1,92 @@
+"""Runs that were made again beside the published ones: the same bits, or how far off."""
+
+import json
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from softslip.errors import DatasetError
+from softslip.files.storage import CONTENT_DIGEST
+from softslip.solver.geometry import BoolArray, FloatArray
+
+OBSERVABLES = ("slip_velocity", "shear_rate_bulk", "shear_rate_wall")
+"""Steady means that are compared."""
+
+_OFF = "difference over the standard error of the difference, had the two runs nothing in common"
+
+
+def measure_reproduction(published: xr.Dataset, again: xr.Dataset) -> xr.Dataset:
+    """Compare the runs that two flow curves of one scenario both have.
+
+    A run on the same machine has the same bits. On another one rounding differs, and as flow is
+    chaotic the two runs part: then their steady means are two measurements of one thing.
+
+    Parameters
+    ----------
+    published, again
+        Flow curves with their labels, which name the digest of each run.
+
+    Returns
+    -------
+    xr.Dataset
+        Along ``run``, the runs that both have: the swept parameters, ``identical``, whether all
+        records have the same bits, and for each of `OBSERVABLES` the ``NAME_published``, the
+        ``NAME_again`` and the ``NAME_difference`` [standard errors]; NaN where a mean or its error
+        is not known.
+
+    Raises
+    ------
+    DatasetError
+        When they have no run in common.
+    """
+    first, second = _by_run(published), _by_run(again)
+    common = [run for run in first["run"].values if run in set(second["run"].values)]
+    if not common:
+        raise DatasetError(
+            f"none of {second.sizes['run']} runs made here is among the {first.sizes['run']} "
+            "published ones; run the same scenario"
+        )
+    first, second = first.sel(run=common), second.sel(run=common)
+    digests = _digests(published), _digests(again)
+    identical = [digests[0][run] == digests[1][run] for run in common]
+    variables: dict[str, Any] = {
+        "identical": ("run", identical, {"units": "1", "long_name": "whether bits are the same"}),
+    }
+    for name in OBSERVABLES:
+        meaning = {"units": "1", "long_name": first[name].attrs["long_name"]}
+        variables[f"{name}_published"] = ("run", first[name].values, meaning)
+        variables[f"{name}_again"] = ("run", second[name].values, meaning)
+        off = _standard_errors(first, second, name)
+        told = {"units": "1", "long_name": f"{meaning['long_name']}: {_OFF}"}
+        variables[f"{name}_difference"] = ("run", off, told)
+    coordinates = {name: each.variable for name, each in first.coords.items()}
+    found = xr.Dataset(variables, coordinates)
+    found["run"].attrs = {"units": "1", "long_name": "run"}
+    return found
+
+
+def _by_run(flow_curve: xr.Dataset) -> xr.Dataset:
+    """Return what a flow curve has of the runs that are done, along the one dimension ``run``."""
+    swept = flow_curve["run_id"].dims
+    per_run = flow_curve[[name for name in flow_curve if flow_curve[name].dims == swept]]
+    flat = per_run.stack(run=swept).reset_index("run")
+    done: BoolArray = flat["status"].values == "done"
+    return flat.isel(run=done).assign_coords(run=flat["run_id"].values[done].astype(str))
+
+
+def _digests(flow_curve: xr.Dataset) -> dict[str, str]:
+    """Return the digest of each run that a flow curve was gathered from."""
+    parents = json.loads(str(flow_curve.attrs["parents"]))
+    return {parent["run"]: parent[CONTENT_DIGEST] for parent in parents}
+
+
+def _standard_errors(first: xr.Dataset, second: xr.Dataset, name: str) -> FloatArray:
+    """Return the difference of two means over its error; 0 where both are the same."""
+    ours, theirs = first[name].values, second[name].values
+    error = np.hypot(first[f"{name}_error"].values, second[f"{name}_error"].values)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        off = (theirs - ours) / error
+    off[~np.isfinite(off)] = np.nan
+    same: BoolArray = ours == theirs
+    return np.where(same, 0.0, off)

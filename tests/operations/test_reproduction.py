@@ -1,0 +1,122 @@
+"""Runs made again are held beside the published ones: the same bits, or so many errors apart."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from small_results import NAME, call, results, source
+
+from softslip.errors import DatasetError
+from softslip.files.publication import blocks_in
+from softslip.files.storage import CONTENT_DIGEST, read_dataset
+from softslip.operations.publish import DOCUMENT, PUBLISHED
+from softslip.operations.reproduction import OBSERVABLES, measure_reproduction
+from softslip.operations.results_markdown import reproduction_table
+from softslip.provenance.attribution import Job
+
+__all__ = ["results"]
+
+
+def curve(means: dict[str, float | None], error: float, digest: str = "a") -> xr.Dataset:
+    """Return a flow curve of one wall and stresses from 1 on, of runs that are done or None."""
+    done = np.array([[value is not None for value in means.values()]])
+    values = np.array([[np.nan if value is None else value for value in means.values()]])
+    dims = ("roughness", "stress")
+    variables = {
+        name: (dims, each, {"long_name": name})
+        for observable in OBSERVABLES
+        for name, each in {
+            observable: values,
+            f"{observable}_error": np.full_like(values, error),
+        }.items()
+    }
+    variables["run_id"] = (dims, [list(means)], {})
+    variables["status"] = (dims, np.where(done, "done", "missing"), {})
+    parents = [{"stage": "shear", "run": run, CONTENT_DIGEST: digest} for run in means]
+    coordinates = {"roughness": [0.0], "stress": np.arange(1.0, len(means) + 1)}
+    return xr.Dataset(variables, coordinates, {"parents": json.dumps(parents)})
+
+
+def test_differences_are_in_errors_of_the_difference():
+    found = measure_reproduction(
+        curve({"p": 1.0, "q": 2.0, "r": None}, 0.3), curve({"q": 3.0, "r": 1.0, "p": None}, 0.4)
+    )
+    assert list(found["run"].values) == ["q"]
+    assert float(found["slip_velocity_difference"].item()) == pytest.approx(1.0 / 0.5)
+    assert float(found["stress"].item()) == 2.0
+
+
+def test_the_same_mean_without_an_error_differs_by_nothing():
+    found = measure_reproduction(curve({"p": 1.0}, np.nan), curve({"p": 1.0}, np.nan))
+    assert float(found["slip_velocity_difference"].item()) == 0.0
+
+
+def test_a_difference_without_an_error_is_not_known():
+    found = measure_reproduction(curve({"p": 1.0}, np.nan), curve({"p": 1.5}, 0.1))
+    assert np.isnan(found["slip_velocity_difference"].item())
+
+
+def test_bits_are_the_same_where_digests_are():
+    same = measure_reproduction(curve({"p": 1.0}, 0.1), curve({"p": 1.0}, 0.1))
+    parted = measure_reproduction(curve({"p": 1.0}, 0.1), curve({"p": 1.0}, 0.1, "b"))
+    assert bool(same["identical"].item())
+    assert not parted["identical"].item()
+
+
+def test_other_runs_cannot_be_compared():
+    with pytest.raises(DatasetError, match="none of 1 runs made here is among the 1 published"):
+        measure_reproduction(curve({"p": 1.0}, 0.1), curve({"q": 1.0}, 0.1))
+
+
+def test_the_table_says_what_differs_and_by_how_much():
+    found = measure_reproduction(
+        curve({"p": 1.0, "q": 1.0}, 0.1), curve({"p": 1.0, "q": 1.5}, 0.1, "b")
+    )
+    said = reproduction_table(found.assign_attrs(Job().labels(fingerprint="none")))
+    assert "2 runs made again" in said
+    assert "0 with the same bits" in said
+    # Three observables differ by nothing, and three by 0.5 over 0.1 times the root of two.
+    assert "differ by 2.50 standard errors (root mean square of 6), 3.54 at most" in said
+    assert "50% by more than two" in said
+    assert "| 0 | 2 | no | 1 | 1.5 | +3.54 |" in said
+
+
+@pytest.fixture
+def project(results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Change to a folder with published results, and a document with a place for the table."""
+    document = tmp_path / DOCUMENT
+    document.parent.mkdir()
+    part = f"{NAME}_reproduction"
+    document.write_text(f"<!-- begin {part}: generated -->\n\n<!-- end {part} -->\n")
+    published = tmp_path / PUBLISHED / NAME
+    published.mkdir(parents=True)
+    shutil.copy(results / "flow_curve.nc", published)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_the_same_runs_are_the_same_and_published(project, results):
+    assert not call(["reproduce", source(results), "--results", results, "--publish"])
+    copy = project / PUBLISHED / NAME / "reproduction.nc"
+    found = read_dataset(copy, stage="reproduction", run=NAME)
+    assert found.sizes["run"] == 2
+    assert bool(found["identical"].all())
+    told = blocks_in((project / DOCUMENT).read_text())[f"{NAME}_reproduction"]
+    assert told == reproduction_table(found)
+    assert "2 with the same bits." in told
+
+
+def test_a_part_of_the_runs_is_enough(project, results, tmp_path):
+    here = tmp_path / "again"
+    shutil.copytree(results, here)
+    next((here / "shear").glob("*.nc")).unlink()
+    assert not call(["reproduce", source(results), "--results", here])
+    assert read_dataset(here / "reproduction.nc", stage="reproduction").sizes["run"] == 1
+
+
+def test_what_is_not_published_cannot_be_compared(project, results):
+    (project / PUBLISHED / NAME / "flow_curve.nc").unlink()
+    assert call(["reproduce", source(results), "--results", results])
