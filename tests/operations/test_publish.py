@@ -1,16 +1,19 @@
 """What is published of a scenario is a copy of its results, and its document says what they say."""
 
+import hashlib
 from pathlib import Path
 
 import pytest
 from small_results import NAME, call, results, source
 
 from softslip.config.scenario import load_scenario
+from softslip.config.stages import STAGES
 from softslip.files.products import DATASETS
 from softslip.files.publication import blocks_in
 from softslip.files.storage import read_dataset
-from softslip.operations.publish import DOCUMENT, PUBLISHED, publication_of
+from softslip.operations.publish import DOCUMENT, PUBLISHED, RESEARCH_OBJECT, publication_of
 from softslip.provenance.archive import FOUND, MISSING
+from softslip.provenance.crate import METADATA
 from softslip.provenance.tracing.targets import Target
 from softslip.provenance.tracing.walk import trace
 from softslip.provenance.verification import verify
@@ -22,6 +25,9 @@ ROOT = Path(__file__).parents[2]
 SCENARIOS = sorted(path.parent.name for path in (ROOT / PUBLISHED).glob("*/flow_curve.nc"))
 """Scenarios with published results."""
 
+WITH_RUNS = [name for name in SCENARIOS if (ROOT / PUBLISHED / name / "shear").is_dir()]
+"""Those whose runs are published too."""
+
 PARTS = tuple(f"{NAME}_{part}" for part in ("scope", "comparison", "laws", "effort"))
 
 
@@ -32,6 +38,8 @@ def project(results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> P
     document.parent.mkdir()
     marks = (f"<!-- begin {part}: generated -->\n\n<!-- end {part} -->" for part in PARTS)
     document.write_text("# Results\n\n" + "\n\n".join(marks) + "\n")
+    # A research object has the workflow too.
+    (tmp_path / "workflow").symlink_to(ROOT / "workflow")
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -53,6 +61,25 @@ def test_results_are_copied_and_told(project, results):
     assert told[f"{NAME}_effort"].count("\n| shear | 2 | 2 |") == 1
     assert "| flow law, each roughness |" in told[f"{NAME}_laws"]
     assert "0.055 ± 0.004" in told[f"{NAME}_comparison"]
+
+
+def test_the_research_object_is_that_of_the_same_results(project, results):
+    given = [source(results), "--results", results]
+    assert not call(["publish", *given])
+    told = blocks_in((project / DOCUMENT).read_text())[f"{NAME}_scope"]
+    metadata = (project / PUBLISHED / NAME / RESEARCH_OBJECT).read_bytes()
+    assert not call(["crate", *given, "--partial", "--output", project / "packed"])
+    assert (project / "packed" / METADATA).read_bytes() == metadata
+    assert hashlib.sha256(metadata).hexdigest() in told
+
+
+def test_runs_are_copied_where_that_is_asked_for(project, results):
+    assert not call(["publish", source(results), "--results", results, "--runs"])
+    for stage in STAGES:
+        copies = {path.name for path in (project / PUBLISHED / NAME / stage).iterdir()}
+        assert copies == {path.name for path in (results / stage).glob("*.nc")}
+    found = verify(load_scenario(source(results)), project / PUBLISHED / NAME)
+    assert not [each for verdict in found.verdicts for each in verdict.problems]
 
 
 def test_publishing_again_changes_no_word(project, results):
@@ -78,12 +105,15 @@ def test_the_document_says_what_the_published_datasets_say(name):
 
 
 @pytest.mark.parametrize("name", SCENARIOS)
-def test_published_results_are_sound_and_traced_without_their_runs(name):
+def test_published_results_are_sound_and_traced_as_far_as_they_go(name):
     scenario, folder = load_scenario(str(ROOT / "config" / f"{name}.yaml")), ROOT / PUBLISHED / name
     found = verify(scenario, folder)
     assert not [each for verdict in found.verdicts for each in verdict.problems]
     assert not [verdict.name for verdict in found.verdicts if verdict.foreign]
     walked = trace(Target(folder / "figures" / "fig5.png"))
     there = {node.stage for node in walked.nodes if node.state == FOUND}
-    assert there == {"fits", "flow_curve", "figure"}
-    assert {node.stage for node in walked.nodes if node.state == MISSING} == {"shear"}
+    assert there >= {"fits", "flow_curve", "figure"}
+    if name in WITH_RUNS:
+        assert there > set(STAGES)
+    else:
+        assert {node.stage for node in walked.nodes if node.state == MISSING} == {"shear"}

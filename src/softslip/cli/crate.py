@@ -55,6 +55,7 @@ def crate(
 ) -> None:
     """Pack a scenario's results, and what they were made with, into a Workflow Run RO-Crate."""
     from softslip.provenance.crate import (
+        METADATA,
         Credits,
         check_archive,
         check_folder,
@@ -87,6 +88,8 @@ def crate(
     missing = f", {len(contents.missing)} results missing" if contents.missing else ""
     for path in filter(None, (folder, archive)):
         print(f"wrote {path}: {len(items)} files, {total}{missing}")
+    digest = next(each.sha256 for each in items if each.name == METADATA)
+    print(f"SHA-256 of {METADATA}, which names each file with its own: {digest}")
 
 
 def _check_options(

@@ -17,15 +17,15 @@ from softslip.files.layout import DATASET
 app = typer.Typer()
 
 
-def _named(name: str, results: Path | None) -> tuple[Scenario, Path]:
-    """Return a scenario and the folder of its results."""
+def _named(given: str, results: Path | None) -> tuple[str, Scenario, Path]:
+    """Return what a scenario is called, the scenario and the folder of its results."""
     from softslip.provenance.scenario_file import refuse_other_file
 
-    name, results = scenario_of(name, results)
+    name, results = scenario_of(given, results)
     scenario = load_scenario(name)
     folder = results or Path("results") / scenario.name
     refuse_other_file(scenario, folder)
-    return scenario, folder
+    return name, scenario, folder
 
 
 @app.command()
@@ -35,27 +35,35 @@ def effort(scenario: ResultsName, results: Results = None) -> None:
     from softslip.operations.effort import measure_effort
     from softslip.operations.results_markdown import effort_table
 
-    measured, _ = measure_effort(*_named(scenario, results))
+    _, loaded, folder = _named(scenario, results)
+    measured, _ = measure_effort(loaded, folder)
     console = Console(width=None if sys.stdout.isatty() else 160)
     console.print(Markdown(effort_table(measured)))
 
 
 @app.command()
 @one_line_errors
-def publish(scenario: ResultsName, results: Results = None) -> None:
+def publish(
+    scenario: ResultsName,
+    results: Results = None,
+    runs: Annotated[
+        bool, typer.Option("--runs", help="Copy the files of its runs too, not only their tables.")
+    ] = False,
+) -> None:
     """Copy a scenario's datasets and figures to results/published, and write docs/results.md.
 
     The tables in the generated parts of docs/results.md that are called after the scenario are
-    replaced. Its runs need not all be done: the document says how many are.
+    replaced. Its runs need not all be done: the document says how many are. With their files,
+    which --runs copies, others can go on from there.
     """
     from softslip.files.products import EFFORT
     from softslip.files.storage import write_dataset
     from softslip.operations.effort import measure_effort
-    from softslip.operations.publish import publication_of
+    from softslip.operations.publish import describe_research_object, publication_of
     from softslip.provenance.attribution import Job
     from softslip.provenance.fingerprints import fingerprint
 
-    loaded, folder = _named(scenario, results)
+    name, loaded, folder = _named(scenario, results)
     measured, parents = measure_effort(loaded, folder)
     # Its code is that of the runs that are counted.
     labelled = measured.assign_attrs(
@@ -63,7 +71,8 @@ def publish(scenario: ResultsName, results: Results = None) -> None:
     )
     path = folder / f"{EFFORT}{DATASET}"
     write_dataset(labelled, path, stage=EFFORT, run=loaded.name, title=f"effort of {loaded.name}")
-    for written in publication_of(loaded).write(folder):
+    describe_research_object(name, folder)
+    for written in publication_of(loaded, folder if runs else None).write(folder):
         print(written)
 
 
@@ -90,7 +99,7 @@ def reproduce(
     from softslip.provenance.catalogue.gathering import finished_runs, gather_table
     from softslip.provenance.fingerprints import fingerprint
 
-    loaded, folder = _named(scenario, results)
+    _, loaded, folder = _named(scenario, results)
     published = read_dataset(
         PUBLISHED / loaded.name / f"flow_curve{DATASET}", stage="flow_curve", run=loaded.name
     )

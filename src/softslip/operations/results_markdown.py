@@ -1,9 +1,12 @@
 """Tables on the results of a scenario in Markdown for a document, from their datasets alone."""
 
+import hashlib
+import json
 from collections.abc import Mapping
 
 import numpy as np
 import xarray as xr
+from rich.filesize import decimal
 
 from softslip.analysis.fits.summary import fits_in_words
 from softslip.config.scenario import Scenario
@@ -49,6 +52,26 @@ def scope_text(scenario: Scenario, flow_curve: xr.Dataset, effort: xr.Dataset) -
     made = f"analysed at commit {record['commit'][:7]} on {record['ended'].split('T')[0]}"
     table = markdown_table(["Axis", "Values"], rows)
     return f"Scenario `{scenario.name}`: {said}; {made}.\n\n{table}"
+
+
+def research_object_text(name: str, metadata: bytes) -> str:
+    """Return how many files the research object of a scenario has, how large, and its digest.
+
+    Parameters
+    ----------
+    name
+        Of the scenario.
+    metadata
+        Its ``ro-crate-metadata.json``.
+    """
+    entities = json.loads(metadata)["@graph"]
+    sizes = [int(each["contentSize"]) for each in entities if "contentSize" in each]
+    digest = hashlib.sha256(metadata).hexdigest()
+    return (
+        f"Its runs and results are one research object of {counted(len(sizes), 'file')}, "
+        f"{decimal(sum(sizes))}, which `softslip crate {name} --partial` makes of them. Its "
+        f"`ro-crate-metadata.json` names each file with its digest, and has the SHA-256 `{digest}`."
+    )
 
 
 def laws_table(fits: xr.Dataset) -> str:

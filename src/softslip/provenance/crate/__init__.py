@@ -1,7 +1,7 @@
 """Research objects: a scenario's results with what they were made from, as an RO-Crate."""
 
 from softslip.provenance.crate.contents import Contents, collect
-from softslip.provenance.crate.entities import files_of
+from softslip.provenance.crate.entities import METADATA, files_of
 from softslip.provenance.crate.graph import Credits
 from softslip.provenance.crate.writing import (
     check_archive,
@@ -11,6 +11,7 @@ from softslip.provenance.crate.writing import (
 )
 
 __all__ = [
+    "METADATA",
     "Contents",
     "Credits",
     "check_archive",

@@ -25,6 +25,9 @@ PROFILES: Mapping[str, tuple[str, str]] = {
 }
 """Profiles that the whole keeps to, and their names and versions."""
 
+METADATA = "ro-crate-metadata.json"
+"""File that says what is in a research object."""
+
 LOCK_FORMAT = "https://pip.pypa.io/en/stable/reference/requirements-file-format/"
 
 
@@ -38,7 +41,7 @@ def files_of(contents: Contents, credits: Credits) -> list[CrateFile]:
     described = b"".join(chunk for _, chunk in crate.metadata.stream())
     results = [part for each in contents.results for part in (each.file, each.benchmark) if part]
     return [
-        crate_file("ro-crate-metadata.json", described + b"\n"),
+        crate_file(METADATA, described + b"\n"),
         crate_file(Preview.BASENAME, _preview(crate).encode()),
         readme,
         contents.scenario_file,
