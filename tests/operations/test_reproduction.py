@@ -15,12 +15,13 @@ from softslip.files.storage import CONTENT_DIGEST, read_dataset
 from softslip.operations.publish import DOCUMENT, PUBLISHED
 from softslip.operations.reproduction import OBSERVABLES, measure_reproduction
 from softslip.operations.results_markdown import reproduction_table
-from softslip.provenance.attribution import Job
 
 __all__ = ["results"]
 
 
-def curve(means: dict[str, float | None], error: float, digest: str = "a") -> xr.Dataset:
+def curve(
+    means: dict[str, float | None], error: float, digest: str = "a", processor: str = "Z80"
+) -> xr.Dataset:
     """Return a flow curve of one wall and stresses from 1 on, of runs that are done or None."""
     done = np.array([[value is not None for value in means.values()]])
     values = np.array([[np.nan if value is None else value for value in means.values()]])
@@ -37,7 +38,8 @@ def curve(means: dict[str, float | None], error: float, digest: str = "a") -> xr
     variables["status"] = (dims, np.where(done, "done", "missing"), {})
     parents = [{"stage": "shear", "run": run, CONTENT_DIGEST: digest} for run in means]
     coordinates = {"roughness": [0.0], "stress": np.arange(1.0, len(means) + 1)}
-    return xr.Dataset(variables, coordinates, {"parents": json.dumps(parents)})
+    labels = {"parents": json.dumps(parents), "provenance": json.dumps({"processor": processor})}
+    return xr.Dataset(variables, coordinates, labels)
 
 
 def test_differences_are_in_errors_of_the_difference():
@@ -73,11 +75,10 @@ def test_other_runs_cannot_be_compared():
 
 def test_the_table_says_what_differs_and_by_how_much():
     found = measure_reproduction(
-        curve({"p": 1.0, "q": 1.0}, 0.1), curve({"p": 1.0, "q": 1.5}, 0.1, "b")
+        curve({"p": 1.0, "q": 1.0}, 0.1), curve({"p": 1.0, "q": 1.5}, 0.1, "b", "6502")
     )
-    said = reproduction_table(found.assign_attrs(Job().labels(fingerprint="none")))
-    assert "2 runs made again" in said
-    assert "0 with the same bits" in said
+    said = reproduction_table(found)
+    assert "2 runs made again, published from Z80, again on 6502: 0 with the same bits" in said
     # Three observables differ by nothing, and three by 0.5 over 0.1 times the root of two.
     assert "differ by 2.50 standard errors (root mean square of 6), 3.54 at most" in said
     assert "50% by more than two" in said
@@ -115,6 +116,12 @@ def test_a_part_of_the_runs_is_enough(project, results, tmp_path):
     next((here / "shear").glob("*.nc")).unlink()
     assert not call(["reproduce", source(results), "--results", here])
     assert read_dataset(here / "reproduction.nc", stage="reproduction").sizes["run"] == 1
+
+
+def test_a_flow_curve_from_elsewhere_is_compared(project, results):
+    given = ["--results", results, "--flow-curve", results / "flow_curve.nc"]
+    assert not call(["reproduce", source(results), *given])
+    assert read_dataset(results / "reproduction.nc", stage="reproduction")["identical"].all()
 
 
 def test_what_is_not_published_cannot_be_compared(project, results):

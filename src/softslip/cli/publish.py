@@ -1,6 +1,5 @@
 """`softslip effort`, `publish` and `reproduce`: what a campaign took, its results for others."""
 
-import json
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -81,6 +80,13 @@ def publish(
 def reproduce(
     scenario: ResultsName,
     results: Results = None,
+    flow_curve: Annotated[
+        Path | None,
+        typer.Option(
+            help="Flow curve of runs made elsewhere; of the runs made here by default.",
+            readable=False,
+        ),
+    ] = None,
     publish: Annotated[
         bool, typer.Option("--publish", help="Put the table into docs/results.md too.")
     ] = False,
@@ -95,7 +101,7 @@ def reproduce(
     from softslip.operations.publish import PUBLISHED, reproduction_of
     from softslip.operations.reproduction import measure_reproduction
     from softslip.operations.results_markdown import reproduction_table
-    from softslip.provenance.attribution import Job, parents_of
+    from softslip.provenance.attribution import Job
     from softslip.provenance.catalogue.gathering import finished_runs, gather_table
     from softslip.provenance.fingerprints import fingerprint
 
@@ -103,11 +109,16 @@ def reproduce(
     published = read_dataset(
         PUBLISHED / loaded.name / f"flow_curve{DATASET}", stage="flow_curve", run=loaded.name
     )
-    gathered, runs = gather_table("flow_curve", finished_runs(loaded, folder))
-    again = gathered.assign_attrs(parents=json.dumps(parents_of(runs)))
+    if flow_curve is None:
+        gathered, parents = gather_table("flow_curve", finished_runs(loaded, folder))
+        labels = Job().labels(parents, fingerprint=fingerprint("gather"))
+        again = gathered.assign_attrs(labels)
+    else:
+        again = read_dataset(flow_curve, stage="flow_curve", run=loaded.name)
+        parents = [again]
     labelled = measure_reproduction(published, again).assign_attrs(
         parameters=loaded.as_json(),
-        **Job().labels([published, *runs], fingerprint=fingerprint("gather")),
+        **Job().labels([published, *parents], fingerprint=fingerprint("gather")),
     )
     path = folder / f"{REPRODUCTION}{DATASET}"
     title = f"{REPRODUCTION} of {loaded.name}"

@@ -8,10 +8,13 @@ import xarray as xr
 
 from softslip.errors import DatasetError
 from softslip.files.storage import CONTENT_DIGEST
+from softslip.provenance.attribution import read_provenance
 from softslip.solver.geometry import BoolArray, FloatArray
 
 OBSERVABLES = ("slip_velocity", "shear_rate_bulk", "shear_rate_wall")
 """Steady means that are compared."""
+
+_WHICH = ("published", "again")
 
 _OFF = "difference over the standard error of the difference, had the two runs nothing in common"
 
@@ -33,14 +36,15 @@ def measure_reproduction(published: xr.Dataset, again: xr.Dataset) -> xr.Dataset
         Along ``run``, the runs that both have: the swept parameters, ``identical``, whether all
         records have the same bits, and for each of `OBSERVABLES` the ``NAME_published``, the
         ``NAME_again`` and the ``NAME_difference`` [standard errors]; NaN where a mean or its error
-        is not known.
+        is not known. Its attributes ``published_on`` and ``again_on`` are the processors.
 
     Raises
     ------
     DatasetError
         When they have no run in common.
     """
-    first, second = _by_run(published), _by_run(again)
+    pair = published, again
+    first, second = map(_by_run, pair)
     common = [run for run in first["run"].values if run in set(second["run"].values)]
     if not common:
         raise DatasetError(
@@ -48,20 +52,21 @@ def measure_reproduction(published: xr.Dataset, again: xr.Dataset) -> xr.Dataset
             "published ones; run the same scenario"
         )
     first, second = first.sel(run=common), second.sel(run=common)
-    digests = _digests(published), _digests(again)
-    identical = [digests[0][run] == digests[1][run] for run in common]
+    ours, theirs = map(_digests, pair)
+    identical = [ours[run] == theirs[run] for run in common]
     variables: dict[str, Any] = {
         "identical": ("run", identical, {"units": "1", "long_name": "whether bits are the same"}),
     }
     for name in OBSERVABLES:
         meaning = {"units": "1", "long_name": first[name].attrs["long_name"]}
-        variables[f"{name}_published"] = ("run", first[name].values, meaning)
-        variables[f"{name}_again"] = ("run", second[name].values, meaning)
+        for which, each in zip(_WHICH, (first, second), strict=True):
+            variables[f"{name}_{which}"] = ("run", each[name].values, meaning)
         off = _standard_errors(first, second, name)
         told = {"units": "1", "long_name": f"{meaning['long_name']}: {_OFF}"}
         variables[f"{name}_difference"] = ("run", off, told)
     coordinates = {name: each.variable for name, each in first.coords.items()}
-    found = xr.Dataset(variables, coordinates)
+    machines = {f"{which}_on": _processor(curve) for which, curve in zip(_WHICH, pair, strict=True)}
+    found = xr.Dataset(variables, coordinates, machines)
     found["run"].attrs = {"units": "1", "long_name": "run"}
     return found
 
@@ -79,6 +84,11 @@ def _digests(flow_curve: xr.Dataset) -> dict[str, str]:
     """Return the digest of each run that a flow curve was gathered from."""
     parents = json.loads(str(flow_curve.attrs["parents"]))
     return {parent["run"]: parent[CONTENT_DIGEST] for parent in parents}
+
+
+def _processor(flow_curve: xr.Dataset) -> str:
+    """Return the processor that a flow curve was made on."""
+    return str(read_provenance(flow_curve.attrs)["processor"])
 
 
 def _standard_errors(first: xr.Dataset, second: xr.Dataset, name: str) -> FloatArray:

@@ -180,12 +180,10 @@ def _reproduction_row(run: xr.Dataset, swept: list[str]) -> list[str]:
 
 def _reproduction_text(reproduction: xr.Dataset) -> str:
     """Return how many runs were made again, where, and how far off those are that differ."""
-    record = read_provenance(reproduction.attrs)
     count, same = reproduction.sizes["run"], int(reproduction["identical"].sum())
-    said = (
-        f"{counted(count, 'run')} made again at commit {record['commit'][:7]} "
-        f"on {record['processor']}: {same} with the same bits."
-    )
+    here, there = reproduction.attrs["published_on"], reproduction.attrs["again_on"]
+    where = f"both on {here}" if here == there else f"published from {here}, again on {there}"
+    said = f"{counted(count, 'run')} made again, {where}: {same} with the same bits."
     parted = reproduction.isel(run=~reproduction["identical"].values)
     off = np.concatenate([np.abs(parted[f"{name}_difference"].values) for name in OBSERVABLES])
     off = off[np.isfinite(off)]
