@@ -13,7 +13,7 @@ from softslip.errors import DatasetError
 from softslip.files.publication import blocks_in
 from softslip.files.storage import CONTENT_DIGEST, read_dataset
 from softslip.operations.publish import DOCUMENT, PUBLISHED
-from softslip.operations.reproduction import OBSERVABLES, measure_reproduction
+from softslip.operations.reproduction import OBSERVABLES, is_identical, measure_reproduction
 from softslip.operations.results_markdown import reproduction_table
 
 __all__ = ["results"]
@@ -64,8 +64,8 @@ def test_a_difference_without_an_error_is_not_known():
 def test_bits_are_the_same_where_digests_are():
     same = measure_reproduction(curve({"p": 1.0}, 0.1), curve({"p": 1.0}, 0.1))
     parted = measure_reproduction(curve({"p": 1.0}, 0.1), curve({"p": 1.0}, 0.1, "b"))
-    assert bool(same["identical"].item())
-    assert not parted["identical"].item()
+    assert is_identical(same).all()
+    assert not is_identical(parted).any()
 
 
 def test_other_runs_cannot_be_compared():
@@ -79,10 +79,19 @@ def test_the_table_says_what_differs_and_by_how_much():
     )
     said = reproduction_table(found)
     assert "2 runs made again, published from Z80, again on 6502: 0 with the same bits" in said
+    assert "1 with means that agree to 0.01 standard errors" in said
     # Three observables differ by nothing, and three by 0.5 over 0.1 times the root of two.
-    assert "differ by 2.50 standard errors (root mean square of 6), 3.54 at most" in said
-    assert "50% by more than two" in said
-    assert "| 0 | 2 | no | 1 | 1.5 | +3.54 |" in said
+    assert "Over the 6 means of all runs the difference is 2.50 standard errors" in said
+    assert "3.54 at most, and more than two in 50%" in said
+    assert "| 0 | 2 | 1 | 1.5 | +3.54 |" in said
+    assert "| 0 | 1 | 1 | 1 |" not in said
+
+
+def test_a_run_whose_error_is_not_known_has_a_row():
+    found = measure_reproduction(curve({"p": 1.0}, np.nan), curve({"p": 1.5}, 0.1, "b"))
+    said = reproduction_table(found)
+    assert "0 with means that agree" in said
+    assert "| 0 | 1 | 1 | 1.5 | – |" in said
 
 
 @pytest.fixture
@@ -104,10 +113,10 @@ def test_the_same_runs_are_the_same_and_published(project, results):
     copy = project / PUBLISHED / NAME / "reproduction.nc"
     found = read_dataset(copy, stage="reproduction", run=NAME)
     assert found.sizes["run"] == 2
-    assert bool(found["identical"].all())
+    assert is_identical(found).all()
     told = blocks_in((project / DOCUMENT).read_text())[f"{NAME}_reproduction"]
     assert told == reproduction_table(found)
-    assert "2 with the same bits." in told
+    assert "2 with the same bits, 2 with means that agree" in told
 
 
 def test_a_part_of_the_runs_is_enough(project, results, tmp_path):
@@ -121,7 +130,7 @@ def test_a_part_of_the_runs_is_enough(project, results, tmp_path):
 def test_a_flow_curve_from_elsewhere_is_compared(project, results):
     given = ["--results", results, "--flow-curve", results / "flow_curve.nc"]
     assert not call(["reproduce", source(results), *given])
-    assert read_dataset(results / "reproduction.nc", stage="reproduction")["identical"].all()
+    assert is_identical(read_dataset(results / "reproduction.nc", stage="reproduction")).all()
 
 
 def test_what_is_not_published_cannot_be_compared(project, results):

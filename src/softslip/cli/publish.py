@@ -110,15 +110,14 @@ def reproduce(
         PUBLISHED / loaded.name / f"flow_curve{DATASET}", stage="flow_curve", run=loaded.name
     )
     if flow_curve is None:
-        gathered, parents = gather_table("flow_curve", finished_runs(loaded, folder))
-        labels = Job().labels(parents, fingerprint=fingerprint("gather"))
-        again = gathered.assign_attrs(labels)
+        gathered, runs = gather_table("flow_curve", finished_runs(loaded, folder))
+        again = gathered.assign_attrs(Job().labels(runs, fingerprint=fingerprint("gather")))
     else:
         again = read_dataset(flow_curve, stage="flow_curve", run=loaded.name)
-        parents = [again]
+    # What was made again is named by its digests: it need not be in this folder, or stay in it.
     labelled = measure_reproduction(published, again).assign_attrs(
         parameters=loaded.as_json(),
-        **Job().labels([published, *parents], fingerprint=fingerprint("gather")),
+        **Job().labels([published], fingerprint=fingerprint("gather")),
     )
     path = folder / f"{REPRODUCTION}{DATASET}"
     title = f"{REPRODUCTION} of {loaded.name}"

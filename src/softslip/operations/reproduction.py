@@ -33,10 +33,11 @@ def measure_reproduction(published: xr.Dataset, again: xr.Dataset) -> xr.Dataset
     Returns
     -------
     xr.Dataset
-        Along ``run``, the runs that both have: the swept parameters, ``identical``, whether all
-        records have the same bits, and for each of `OBSERVABLES` the ``NAME_published``, the
-        ``NAME_again`` and the ``NAME_difference`` [standard errors]; NaN where a mean or its error
-        is not known. Its attributes ``published_on`` and ``again_on`` are the processors.
+        Along ``run``, the runs that both have: the swept parameters, ``content_published`` and
+        ``content_again``, the digests, which are equal where the bits are, and for each of
+        `OBSERVABLES` the ``NAME_published``, the ``NAME_again`` and the ``NAME_difference``
+        [standard errors], NaN where that cannot be known. Its attributes ``published_on`` and
+        ``again_on`` are the processors.
 
     Raises
     ------
@@ -52,11 +53,11 @@ def measure_reproduction(published: xr.Dataset, again: xr.Dataset) -> xr.Dataset
             "published ones; run the same scenario"
         )
     first, second = first.sel(run=common), second.sel(run=common)
-    ours, theirs = map(_digests, pair)
-    identical = [ours[run] == theirs[run] for run in common]
-    variables: dict[str, Any] = {
-        "identical": ("run", identical, {"units": "1", "long_name": "whether bits are the same"}),
-    }
+    variables: dict[str, Any] = {}
+    for which, curve in zip(_WHICH, pair, strict=True):
+        digests = _digests(curve)
+        meaning = {"units": "1", "long_name": f"digest of what the run holds, {which}"}
+        variables[f"content_{which}"] = ("run", [digests[run] for run in common], meaning)
     for name in OBSERVABLES:
         meaning = {"units": "1", "long_name": first[name].attrs["long_name"]}
         for which, each in zip(_WHICH, (first, second), strict=True):
@@ -65,10 +66,17 @@ def measure_reproduction(published: xr.Dataset, again: xr.Dataset) -> xr.Dataset
         told = {"units": "1", "long_name": f"{meaning['long_name']}: {_OFF}"}
         variables[f"{name}_difference"] = ("run", off, told)
     coordinates = {name: each.variable for name, each in first.coords.items()}
-    machines = {f"{which}_on": _processor(curve) for which, curve in zip(_WHICH, pair, strict=True)}
+    processors = [read_provenance(curve.attrs)["processor"] for curve in pair]
+    machines = {f"{which}_on": name for which, name in zip(_WHICH, processors, strict=True)}
     found = xr.Dataset(variables, coordinates, machines)
     found["run"].attrs = {"units": "1", "long_name": "run"}
     return found
+
+
+def is_identical(reproduction: xr.Dataset) -> BoolArray:
+    """Return of which runs all bits are the same, shape (runs,)."""
+    same: BoolArray = (reproduction["content_published"] == reproduction["content_again"]).values
+    return same
 
 
 def _by_run(flow_curve: xr.Dataset) -> xr.Dataset:
@@ -86,17 +94,11 @@ def _digests(flow_curve: xr.Dataset) -> dict[str, str]:
     return {parent["run"]: parent[CONTENT_DIGEST] for parent in parents}
 
 
-def _processor(flow_curve: xr.Dataset) -> str:
-    """Return the processor that a flow curve was made on."""
-    return str(read_provenance(flow_curve.attrs)["processor"])
-
-
 def _standard_errors(first: xr.Dataset, second: xr.Dataset, name: str) -> FloatArray:
-    """Return the difference of two means over its error; 0 where both are the same."""
+    """Return the difference of two means over its error; 0 where both are the same, or unknown."""
     ours, theirs = first[name].values, second[name].values
     error = np.hypot(first[f"{name}_error"].values, second[f"{name}_error"].values)
     with np.errstate(divide="ignore", invalid="ignore"):
         off = (theirs - ours) / error
     off[~np.isfinite(off)] = np.nan
-    same: BoolArray = ours == theirs
-    return np.where(same, 0.0, off)
+    return np.where((ours == theirs) | (np.isnan(ours) & np.isnan(theirs)), 0.0, off)

@@ -11,8 +11,9 @@ from rich.filesize import decimal
 from softslip.analysis.fits.summary import fits_in_words
 from softslip.config.scenario import Scenario
 from softslip.messages import counted, duration
-from softslip.operations.reproduction import OBSERVABLES
+from softslip.operations.reproduction import OBSERVABLES, is_identical
 from softslip.provenance.attribution import read_provenance
+from softslip.solver.geometry import FloatArray
 from softslip.studies.markdown import LEFT, RIGHT, SYMBOLS, markdown_table
 
 CAUSES: Mapping[str, str] = {
@@ -26,6 +27,9 @@ CAUSES: Mapping[str, str] = {
 """What sets the length of a step, in words."""
 
 HOUR = 3600.0
+
+AGREEING = 0.01
+"""Standard errors within which means are the same for anybody who uses them."""
 
 
 def scope_text(scenario: Scenario, flow_curve: xr.Dataset, effort: xr.Dataset) -> str:
@@ -145,32 +149,36 @@ def _steps_text(shear: xr.Dataset) -> str:
 
 
 def reproduction_table(reproduction: xr.Dataset) -> str:
-    """Return how runs that were made again compare with the published ones, a row each.
+    """Return how runs that were made again compare with the published ones.
+
+    Those that are further off than `AGREEING` have a row each.
 
     Parameters
     ----------
     reproduction
         From `operations.reproduction`.
     """
+    off = np.stack([np.abs(reproduction[f"{name}_difference"].values) for name in OBSERVABLES])
+    parted = ~(off <= AGREEING).all(axis=0)
+    said = _reproduction_text(reproduction, off, int(parted.sum()))
+    if not parted.any():
+        return said
     swept = [
         str(name)
         for name, each in reproduction.coords.items()
         if name != "run" and each.dims == ("run",)
     ]
-    header = [*swept, "Same bits"]
+    header = [*swept]
     for name in OBSERVABLES:
         header += [f"{SYMBOLS[name]} published", "again", "difference [standard errors]"]
     rows = [
-        _reproduction_row(reproduction.isel(run=place), swept)
-        for place in range(reproduction.sizes["run"])
+        _reproduction_row(reproduction.isel(run=place), swept) for place in np.flatnonzero(parted)
     ]
-    table = markdown_table(header, rows, [RIGHT] * len(header))
-    return f"{_reproduction_text(reproduction)}\n\n{table}"
+    return f"{said}\n\n{markdown_table(header, rows, [RIGHT] * len(header))}"
 
 
 def _reproduction_row(run: xr.Dataset, swept: list[str]) -> list[str]:
     cells = [f"{run[name].item():g}" for name in swept]
-    cells.append("yes" if run["identical"] else "no")
     for name in OBSERVABLES:
         cells += [f"{float(run[f'{name}_{which}']):.4g}" for which in ("published", "again")]
         off = float(run[f"{name}_difference"])
@@ -178,19 +186,20 @@ def _reproduction_row(run: xr.Dataset, swept: list[str]) -> list[str]:
     return cells
 
 
-def _reproduction_text(reproduction: xr.Dataset) -> str:
-    """Return how many runs were made again, where, and how far off those are that differ."""
-    count, same = reproduction.sizes["run"], int(reproduction["identical"].sum())
+def _reproduction_text(reproduction: xr.Dataset, off: FloatArray, parted: int) -> str:
+    """Return how many runs were made again, on which processors, and how far off they are."""
+    count, same = reproduction.sizes["run"], int(is_identical(reproduction).sum())
     here, there = reproduction.attrs["published_on"], reproduction.attrs["again_on"]
     where = f"both on {here}" if here == there else f"published from {here}, again on {there}"
-    said = f"{counted(count, 'run')} made again, {where}: {same} with the same bits."
-    parted = reproduction.isel(run=~reproduction["identical"].values)
-    off = np.concatenate([np.abs(parted[f"{name}_difference"].values) for name in OBSERVABLES])
-    off = off[np.isfinite(off)]
-    if len(off):
+    known = off[np.isfinite(off)]
+    said = (
+        f"{counted(count, 'run')} made again, {where}: {same} with the same bits, "
+        f"{count - parted} with means that agree to {AGREEING:g} standard errors."
+    )
+    if parted and len(known):
+        rms, most, beyond = np.sqrt(np.mean(known**2)), known.max(), np.mean(known > 2)
         said += (
-            f" Of the others, means differ by {np.sqrt(np.mean(off**2)):.2f} standard errors (root "
-            f"mean square of {len(off)}), {off.max():.2f} at most, and "
-            f"{np.mean(off > 2):.0%} by more than two."
+            f" Over the {len(known)} means of all runs the difference is {rms:.2f} standard errors "
+            f"(root mean square), {most:.2f} at most, and more than two in {beyond:.0%}."
         )
     return said
