@@ -2,7 +2,7 @@
 
 from softslip.files.products import TABLES as GATHERED
 
-SHEARED = [f"{RESULTS}/shear/{run}.nc" for run in TABLES["shear"]]
+SHEARED = [f"{RESULTS}/shear/{run}.nc" for run in SHOWN]
 
 
 rule gather:

@@ -44,13 +44,14 @@ if os.path.isfile("config/config.yaml"):
     configfile: "config/config.yaml"
 
 
-unknown = sorted(set(config) - {"scenario", "numerics", "checkpoint", "longest"})
+unknown = sorted(set(config) - {"scenario", "numerics", "checkpoint", "longest", "finished"})
 if unknown:
     raise WorkflowError(
         f"--config {unknown[0]}: is no setting of this workflow; put parameters into a "
         "scenario file and choose it with --config scenario=NAME, or a study of the numerics with "
         "--config numerics=NAME; the seconds between two checkpoints are --config checkpoint=60, "
-        "the minutes of the longest job on a cluster --config longest=1440"
+        "the minutes of the longest job on a cluster --config longest=1440; tables and figures of "
+        "the runs that are done, without beginning others, --config finished=true"
     )
 
 # Snakemake keeps the last of several --config, and what the others said would be lost.
@@ -87,6 +88,15 @@ if not isinstance(LONGEST, int | float) or isinstance(LONGEST, bool) or not LONG
     raise WorkflowError(
         f"--config longest={LONGEST}: is not a number of minutes from 2 on; leave it out where jobs "
         "may be as long as they need"
+    )
+
+# Whether tables and figures are made of the runs that are done, and no other is begun.
+# Snakemake hands on words of the command line as text.
+FINISHED = {"true": True, "false": False}.get(str(config.get("finished", False)).lower())
+if FINISHED is None:
+    raise WorkflowError(
+        f"--config finished={config['finished']}: is neither true nor false; leave it out to make "
+        "all runs"
     )
 
 # A run that ends without a result is started once more, and resumes. Not so within a job of a batch
@@ -138,6 +148,11 @@ onsuccess:
 
 ENVIRONMENT = "envs/softslip.yaml"
 TABLES = {stage: SCENARIO.stage_table(stage) for stage in STAGES}
+SHOWN = [run for run in TABLES["shear"] if not FINISHED or (PLACE / "shear" / f"{run}.nc").exists()]
+if not SHOWN:
+    raise WorkflowError(
+        f"--config finished=true: no run of {SCENARIO.name} is done; leave it out to begin them"
+    )
 PRIORITIES = priorities(SCENARIO)
 
 
@@ -272,7 +287,7 @@ def shown_in(figure):
     entry = FIGURES[figure]
     if not entry.sample:
         return [f"{RESULTS}/{dataset}.nc" for dataset in entry.parents]
-    run = run_shown(entry, SCENARIO)
+    run = run_shown(entry, SCENARIO, SHOWN)
     if run is None:
         raise WorkflowError(no_run_to_show(figure, SCENARIO))
     return [f"{RESULTS}/shear/{run}.nc"]
@@ -280,6 +295,6 @@ def shown_in(figure):
 
 DRAWN = [
     f"{RESULTS}/{result.name}"
-    for result in expected_results(SCENARIO)
+    for result in expected_results(SCENARIO, SHOWN)
     if result.rule in ("figure", MOVIE, SNAPSHOT)
 ]

@@ -98,8 +98,14 @@ class ExpectedResult:
         return benchmark_of(self.name)
 
 
-def expected_results(scenario: "Scenario") -> Iterator[ExpectedResult]:
-    """Yield every result that the workflow makes of a scenario, parents before children."""
+def expected_results(
+    scenario: "Scenario", among: Container[str] | None = None
+) -> Iterator[ExpectedResult]:
+    """Yield every result that the workflow makes of a scenario, parents before children.
+
+    Figures of one run show one of those ``among`` which they are made, as of a scenario that is not
+    finished; all by default.
+    """
     for stage in STAGES:
         for run in scenario.stage_table(stage):
             yield ExpectedResult(stage, stage, run, f"{stage}/{run}{DATASET}")
@@ -107,12 +113,12 @@ def expected_results(scenario: "Scenario") -> Iterator[ExpectedResult]:
         yield ExpectedResult(table.rule, table.name, scenario.name, f"{table.name}{DATASET}")
     for figure in (*figures_of("figure"), *figures_of(MOVIE)):
         entry = FIGURES[figure]
-        shown = run_shown(entry, scenario) if entry.sample else scenario.name
+        shown = run_shown(entry, scenario, among) if entry.sample else scenario.name
         if shown is not None:
             name = f"figures/{figure}{entry.suffix}"
             yield ExpectedResult(entry.rule, FIGURE, shown, name, figure)
     for run, row in scenario.stage_table("shear").items():
-        if row.parameters.recording.snapshots:
+        if row.parameters.recording.snapshots and (among is None or run in among):
             name = f"figures/snapshots/{run}.png"
             yield ExpectedResult(SNAPSHOT, FIGURE, run, name, SNAPSHOT)
     for page, entry in PAGES.items():
