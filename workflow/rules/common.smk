@@ -296,5 +296,5 @@ def shown_in(figure):
 DRAWN = [
     f"{RESULTS}/{result.name}"
     for result in expected_results(SCENARIO, SHOWN)
-    if result.rule in ("figure", MOVIE, SNAPSHOT)
+    if result.rule in ("figure", MOVIE) or (result.rule == SNAPSHOT and result.run in SHOWN)
 ]

@@ -103,8 +103,8 @@ def expected_results(
 ) -> Iterator[ExpectedResult]:
     """Yield every result that the workflow makes of a scenario, parents before children.
 
-    Figures of one run show one of those ``among`` which they are made, as of a scenario that is not
-    finished; all by default.
+    A figure that shows the run nearest to the paper's sample takes it from those ``among`` which it
+    is to be, as of a scenario that is not finished; from all by default.
     """
     for stage in STAGES:
         for run in scenario.stage_table(stage):
@@ -118,7 +118,7 @@ def expected_results(
             name = f"figures/{figure}{entry.suffix}"
             yield ExpectedResult(entry.rule, FIGURE, shown, name, figure)
     for run, row in scenario.stage_table("shear").items():
-        if row.parameters.recording.snapshots and (among is None or run in among):
+        if row.parameters.recording.snapshots:
             name = f"figures/snapshots/{run}.png"
             yield ExpectedResult(SNAPSHOT, FIGURE, run, name, SNAPSHOT)
     for page, entry in PAGES.items():

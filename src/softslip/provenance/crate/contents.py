@@ -161,7 +161,7 @@ def collect(
     """
     scenario = load_scenario(name_or_path)
     folder = results or Path("results") / scenario.name
-    every = list(expected_results(scenario, _finished(folder) if partial else None))
+    every = list(expected_results(scenario, (partial and _finished(folder)) or None))
     missing = [each.name for each in every if not (folder / each.name).exists()]
     if missing and (not partial or len(missing) == len(every)):
         remedy = "" if len(missing) == len(every) else ", or give --partial"
