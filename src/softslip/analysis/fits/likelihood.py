@@ -1,7 +1,7 @@
 """Maximum likelihood with Student's errors, and intervals from its profiles."""
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -198,7 +198,12 @@ def _height(problem: Problem, found: Optimum, direction: FloatArray, confidence:
 
 
 def profile_interval(
-    problem: Problem, found: Optimum, direction: FloatArray, confidence: float, widening: float
+    problem: Problem,
+    found: Optimum,
+    direction: FloatArray,
+    confidence: float,
+    widening: float,
+    starts: Sequence[FloatArray] = (),
 ) -> tuple[float, float]:
     """Return the ends of the interval of a linear combination of the parameters.
 
@@ -217,6 +222,9 @@ def profile_interval(
         Such as 0.95.
     widening
         Factor on the quantile, see `Quality`.
+    starts
+        Parameters that the others are looked for from too, besides where they were last: where
+        the deviance has several minima, the least of which counts.
     """
     height = _height(problem, found, direction, confidence) * widening
     known = bool(np.isfinite(found.covariance).all())
@@ -240,7 +248,8 @@ def profile_interval(
             nonlocal last
             if distance not in known:
                 value = at + sign * distance
-                least, last = _least(problem, lambda free: completed(value, free), last)
+                tried = [last, *(start[others] for start in starts)]
+                least, last = _least(problem, lambda free: completed(value, free), tried)
                 known[distance] = min(least - found.deviance - height, 1e3 * height)
             return known[distance]
 
@@ -256,12 +265,12 @@ def profile_interval(
 
 
 def _least(
-    problem: Problem, completed: Callable[[FloatArray], FloatArray], free: FloatArray
+    problem: Problem, completed: Callable[[FloatArray], FloatArray], starts: list[FloatArray]
 ) -> tuple[float, FloatArray]:
     """Return the least deviance over the free parameters, and where it is."""
-    if not len(free):
-        roots = problem.roots(completed(free))
-        return float(roots @ roots), free
+    if not len(starts[0]):
+        roots = problem.roots(completed(starts[0]))
+        return float(roots @ roots), starts[0]
     inner = Problem(lambda values: problem.deviations(completed(values)), problem.freedom)
-    best = _descended(inner, free)
-    return (np.inf, free) if best is None else (best.deviance, best.values)
+    best = optimum(inner, starts)
+    return (np.inf, starts[0]) if best is None else (best.deviance, best.values)

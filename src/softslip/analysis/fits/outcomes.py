@@ -35,12 +35,16 @@ class LawToFit:
         What each wanted parameter is multiplied with afterwards; those beyond are of no interest.
     names
         What each wanted parameter is called in messages.
+    branched
+        Whether the law is the faster of several: then there may be a minimum for each way in which
+        the points can belong to them, at every value of a parameter.
     """
 
     problem: Problem
     starts: list[FloatArray]
     units: tuple[float, ...]
     names: tuple[str, ...]
+    branched: bool = False
 
 
 def fitted(law: LawToFit, points: int) -> Fit:
@@ -62,9 +66,13 @@ def fitted(law: LawToFit, points: int) -> Fit:
         said = f"the law does not describe the points: χ² is {good.reduced_chi_square:.3g} of 1"
         return replace(nothing(size, points, said), reduced_chi_square=good.reduced_chi_square)
     units = np.array(law.units)
+    starts = law.starts if law.branched else []
     ends = np.array(
         [
-            [profile_interval(law.problem, found, row, c, good.widening) for c in CONFIDENCE]
+            [
+                profile_interval(law.problem, found, row, c, good.widening, starts)
+                for c in CONFIDENCE
+            ]
             for row in np.eye(len(found.values))[:size]
         ]
     )

@@ -12,6 +12,7 @@ from softslip.analysis.fits.measured_points import FloatArray, Points, dimension
 from softslip.analysis.fits.outcomes import LawToFit, fitted, least_deviance
 from softslip.analysis.fits.points import (
     DRIVES,
+    FITTED,
     Fit,
     each_cell,
     laid_out,
@@ -116,7 +117,9 @@ class SlipLaw:
 
 
 def has_film(below: Points) -> bool:
-    """Tell whether walls slip below yield by a film of solvent: V/σ is above 0 by two errors.
+    """Tell whether walls slip below yield by a film of solvent: V/σ is above 0 for certain.
+
+    It is where the wider interval of ν_N is, which counts how few samples errors are known from.
 
     Parameters
     ----------
@@ -125,9 +128,8 @@ def has_film(below: Points) -> bool:
     """
     if not below.count:
         return False
-    weights = below.abscissa / below.error**2
-    coefficient = float(weights @ below.value) / float(weights @ below.abscissa)
-    return bool(coefficient > CLEAR / np.sqrt(float(weights @ below.abscissa)))
+    film = _fit_below(below)
+    return film.message == FITTED and bool(film.intervals[0, -1, 0] > 0)
 
 
 def _fit_above(points: Points, law: SlipLaw) -> Fit:
@@ -136,7 +138,8 @@ def _fit_above(points: Points, law: SlipLaw) -> Fit:
     law = law.over(stress)
     problem, starts = law.problem(scaled)
     unit = speed / (1 - law.offset) / stress
-    return fitted(LawToFit(problem, starts, (unit,), ("the slip coefficient",)), points.count)
+    free = LawToFit(problem, starts, (unit,), ("the slip coefficient",), law.film)
+    return fitted(free, points.count)
 
 
 def _fit_exponent(points: Points, law: SlipLaw) -> Fit:
@@ -149,7 +152,8 @@ def _fit_exponent(points: Points, law: SlipLaw) -> Fit:
         return problem.deviations(np.concatenate(([parameters[1], parameters[0]], parameters[2:])))
 
     first = [np.concatenate(([start[1], start[0]], start[2:])) for start in starts]
-    free = LawToFit(replace(problem, deviations=turned), first, (1.0,), ("the exponent",))
+    turned_problem = replace(problem, deviations=turned)
+    free = LawToFit(turned_problem, first, (1.0,), ("the exponent",), law.film)
     linear, quadratic = (
         least_deviance(LawToFit(*replace(law, exponent=power).problem(scaled), (1.0,), ("",)))
         for power in (1.0, QUADRATIC)
@@ -181,6 +185,7 @@ def _fit_intercept(points: Points, law: SlipLaw) -> Fit:
         starts,
         (stress,),
         ("the stress at which slip begins",),
+        law.film,
     )
     return fitted(free, points.count)
 
