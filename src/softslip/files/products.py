@@ -26,6 +26,9 @@ EFFORT = "effort"
 REPRODUCTION = "reproduction"
 """Stage of what published runs are beside the same runs made again, which no rule makes either."""
 
+WITHOUT_RULE = (EFFORT, REPRODUCTION)
+"""Stages of results of a scenario that say something of others, and are not made again."""
+
 SNAPSHOT = "snapshot"
 """Figure of one run, and its rule."""
 

@@ -18,14 +18,7 @@ from softslip.config.scenario import Scenario
 from softslip.config.stages import STAGES, stage_ids, stage_paths
 from softslip.files.expected_results import expected_results
 from softslip.files.layout import DATASET, FIGURE
-from softslip.files.products import (
-    DATASETS,
-    EFFORT,
-    PAGES,
-    REPRODUCTION,
-    TABLES,
-    shows_one_run,
-)
+from softslip.files.products import DATASETS, PAGES, TABLES, WITHOUT_RULE, shows_one_run
 from softslip.messages import brief, file_text
 from softslip.provenance.archive import Archive, usual_place
 from softslip.provenance.attribution import UNKNOWN
@@ -74,7 +67,7 @@ class Consistency:
             return product.run not in self._ids[product.stage]
         if product.stage == FIGURE and shows_one_run(product.title):
             return product.run not in self._ids["shear"]
-        known = (*DATASETS, EFFORT, REPRODUCTION, FIGURE)
+        known = (*DATASETS, *WITHOUT_RULE, FIGURE)
         return product.stage not in known or dict(product.parameters) != self._parameters
 
     def is_of_other_code(self, product: Product) -> bool:

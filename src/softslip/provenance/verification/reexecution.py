@@ -19,7 +19,7 @@ from softslip.config.scenario import FOLDER as SCENARIOS
 from softslip.config.stages import FLOWING
 from softslip.errors import CheckpointError, DatasetError
 from softslip.files.layout import CHECKPOINTS, FIGURE
-from softslip.files.products import DATASETS, PAGES, TABLES
+from softslip.files.products import DATASETS, PAGES, TABLES, WITHOUT_RULE
 from softslip.messages import enumerated, file_text
 from softslip.provenance.archive import Archive
 from softslip.provenance.fingerprints import fingerprint
@@ -122,7 +122,7 @@ def possible_reruns(verification: Verification, stretch: bool = False) -> tuple[
 
 
 def _is_feasible(verdict: Verdict, product: Product, archive: Archive, unsound: set[Path]) -> bool:
-    if not verdict.sound or verdict.foreign:
+    if not verdict.sound or verdict.foreign or product.stage in WITHOUT_RULE:
         return False
     places = [archive.place(parent) for parent in product.parents]
     return all(place.exists() and place not in unsound for place in places)
