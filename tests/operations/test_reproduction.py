@@ -68,6 +68,13 @@ def test_bits_are_the_same_where_digests_are():
     assert not is_identical(parted).any()
 
 
+def test_a_scenario_without_axes_has_one_run():
+    one = curve({"p": 1.0}, 0.1).squeeze(drop=True)
+    found = measure_reproduction(one, one)
+    assert list(found["run"].values) == ["p"]
+    assert is_identical(found).all()
+
+
 def test_other_runs_cannot_be_compared():
     with pytest.raises(DatasetError, match="none of 1 runs made here is among the 1 published"):
         measure_reproduction(curve({"p": 1.0}, 0.1), curve({"q": 1.0}, 0.1))

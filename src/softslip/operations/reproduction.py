@@ -46,8 +46,8 @@ def measure_reproduction(published: xr.Dataset, again: xr.Dataset) -> xr.Dataset
     """
     pair = published, again
     first, second = map(_by_run, pair)
-    common = [run for run in first["run"].values if run in set(second["run"].values)]
-    if not common:
+    common = first["run"].values[np.isin(first["run"].values, second["run"].values)]
+    if not len(common):
         raise DatasetError(
             f"none of {second.sizes['run']} runs made here is among the {first.sizes['run']} "
             "published ones; run the same scenario"
@@ -83,7 +83,8 @@ def _by_run(flow_curve: xr.Dataset) -> xr.Dataset:
     """Return what a flow curve has of the runs that are done, along the one dimension ``run``."""
     swept = flow_curve["run_id"].dims
     per_run = flow_curve[[name for name in flow_curve if flow_curve[name].dims == swept]]
-    flat = per_run.stack(run=swept).reset_index("run")
+    # A scenario without axes has one run.
+    flat = per_run.stack(run=swept).reset_index("run") if swept else per_run.expand_dims("run")
     done: BoolArray = flat["status"].values == "done"
     return flat.isel(run=done).assign_coords(run=flat["run_id"].values[done].astype(str))
 
