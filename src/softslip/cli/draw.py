@@ -12,7 +12,7 @@ from softslip.cli.common import Output, check_output, one_line_errors
 from softslip.cli.naming import file_named, is_scenario, scenario_of
 from softslip.config.scenario import load_scenario
 from softslip.errors import ConfigError
-from softslip.files.expected_results import run_shown
+from softslip.files.expected_results import finished_shears, run_shown
 from softslip.files.layout import DATASET, FIGURE
 from softslip.files.products import ANY_MORE, FIGURES, FITS, TABLES
 from softslip.files.storage import read_dataset
@@ -92,9 +92,8 @@ def _run_shown(figure: str, given: Path) -> Path:
     """Return the finished run of a scenario that a figure of one run shows."""
     name, results = scenario_of(str(given), None)
     scenario = load_scenario(name)
-    folder = (results or Path("results") / scenario.name) / "shear"
-    there = {path.stem for path in folder.glob(f"*{DATASET}")}
-    run = run_shown(FIGURES[figure], scenario, there)
+    folder = results or Path("results") / scenario.name
+    run = run_shown(FIGURES[figure], scenario, finished_shears(folder))
     if run is None:
         least = FIGURES[figure].snapshots
         raise ConfigError(
@@ -103,4 +102,4 @@ def _run_shown(figure: str, given: Path) -> Path:
             f"has no finished run with {counted(least, 'snapshot')} after time 0",
             "finish one whose recording.snapshots has such times",
         )
-    return folder / f"{run}{DATASET}"
+    return folder / "shear" / f"{run}{DATASET}"

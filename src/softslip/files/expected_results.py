@@ -3,6 +3,7 @@
 import math
 from collections.abc import Container, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING
 
@@ -25,6 +26,11 @@ if TYPE_CHECKING:
 
 UNLIKE = 100.0
 """Distance, in logarithms, of a run without a stress from one with any."""
+
+
+def finished_shears(results: Path) -> frozenset[str]:
+    """Return the runs whose shear is done, by their files in a folder of results."""
+    return frozenset(path.stem for path in (results / "shear").glob(f"*{DATASET}"))
 
 
 def run_shown(

@@ -5,6 +5,7 @@ from pathlib import Path
 from softslip.analysis.comparison_markdown import comparison_table
 from softslip.config.scenario import Scenario
 from softslip.config.stages import STAGES
+from softslip.files.expected_results import expected_results
 from softslip.files.layout import DATASET
 from softslip.files.products import COMPARISON, DATASETS, EFFORT, FITS, REPRODUCTION
 from softslip.files.publication import Publication
@@ -89,8 +90,8 @@ def publication_of(scenario: Scenario, runs: Path | None = None) -> Publication:
 
 def _finished_runs(scenario: Scenario, results: Path) -> tuple[str, ...]:
     """Return the files of a scenario's finished runs, below the folder of its results."""
-    names = (f"{stage}/{run}{DATASET}" for stage in STAGES for run in scenario.stage_table(stage))
-    return tuple(name for name in names if (results / name).exists())
+    runs = (each.name for each in expected_results(scenario) if each.stage in STAGES)
+    return tuple(name for name in runs if (results / name).exists())
 
 
 def reproduction_of(scenario: Scenario) -> Publication:

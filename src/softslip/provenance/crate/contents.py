@@ -8,8 +8,8 @@ from pathlib import Path
 
 from softslip.config.scenario import FOLDER, Scenario, load_scenario
 from softslip.errors import ConfigError, DatasetError
-from softslip.files.expected_results import ExpectedResult, expected_results
-from softslip.files.layout import DATASET, FIGURE
+from softslip.files.expected_results import ExpectedResult, expected_results, finished_shears
+from softslip.files.layout import FIGURE
 from softslip.files.stamps import check_figure
 from softslip.files.storage import read_dataset
 from softslip.messages import brief, enumerated, file_text
@@ -161,7 +161,9 @@ def collect(
     """
     scenario = load_scenario(name_or_path)
     folder = results or Path("results") / scenario.name
-    every = list(expected_results(scenario, (partial and _finished(folder)) or None))
+    there = finished_shears(folder) if partial else None
+    # Where no run is done, all that the whole scenario has is missing.
+    every = list(expected_results(scenario, there or None))
     missing = [each.name for each in every if not (folder / each.name).exists()]
     if missing and (not partial or len(missing) == len(every)):
         remedy = "" if len(missing) == len(every) else ", or give --partial"
@@ -181,11 +183,6 @@ def collect(
     for result in found:
         _check_parents(contents, result)
     return contents
-
-
-def _finished(folder: Path) -> frozenset[str]:
-    """Return the shear runs that are there, which figures of one run can show."""
-    return frozenset(path.stem for path in (folder / "shear").glob(f"*{DATASET}"))
 
 
 def _checked(each: ExpectedResult, folder: Path, top: str) -> Result:
