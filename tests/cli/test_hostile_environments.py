@@ -129,6 +129,9 @@ def clean(tmp_path_factory: pytest.TempPathFactory) -> Path:
     copy_project(project)
     shutil.copy(made / "small.yaml", project / "config")
     shutil.copytree(made / "results", project / "results" / "small")
+    published = project / "results" / "published" / "small"
+    published.mkdir(parents=True)
+    shutil.copy(made / "results" / "flow_curve.nc", published)
     return project
 
 
