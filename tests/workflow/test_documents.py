@@ -131,7 +131,9 @@ def test_a_command_that_is_named_is_there(command: str) -> None:
     assert command.split()[1] in {name for names in cli.COMMANDS.values() for name in names}
 
 
-@pytest.mark.parametrize("command", [each for each in COMMANDS if is_run(each)])
+@pytest.mark.parametrize(
+    "command", {tuple(put_in(each)): each for each in COMMANDS if is_run(each)}.values()
+)
 def test_a_command_works_as_it_is_printed(demo: Path, command: str) -> None:
     words = put_in(command)
     if words[0] == "snakemake":

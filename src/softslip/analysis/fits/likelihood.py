@@ -24,6 +24,9 @@ HOPELESS = 1e-4
 DOUBLINGS = 12
 """Most doublings of the distance in which the end of an interval is looked for."""
 
+LOOKED_AT = 2.0 ** np.arange(-1.0, 2.25, 0.5)
+"""Distances at which a deviance with several minima is looked at, over the expected one."""
+
 PRECISION = 1e-2
 """Precision of the end of an interval, relative to its distance from the estimate."""
 
@@ -210,7 +213,9 @@ def profile_interval(
     Its ends are where the least deviance at that value of the combination, over all other
     parameters, exceeds the least of all by the quantile of χ² of one degree of freedom (S. S.
     Wilks, *Ann. Math. Stat.* 9, 60, 1938), or more where errors are not exactly known (`_height`).
-    An end that is not found within thousands of errors is infinite: the points do not tell.
+    Where the deviance has several minima it may do so more than once: the interval has the
+    outermost ends that are seen. An end that is not found within thousands of errors is infinite:
+    the points do not tell.
 
     Parameters
     ----------
@@ -221,7 +226,7 @@ def profile_interval(
     confidence
         Such as 0.95.
     widening
-        Factor on the quantile, see `Quality`.
+        Factor on the quantile, such as that of `Quality`.
     starts
         Parameters that the others are looked for from too, besides where they were last: where
         the deviance has several minima, the least of which counts.
@@ -255,10 +260,12 @@ def profile_interval(
 
         near, far = 0.0, step
         for _ in range(DOUBLINGS):
-            if excess(far) >= 0:
-                end = optimize.brentq(excess, near, far, xtol=PRECISION * far)
-                return float(end)
-            near, far = far, 2 * far
+            places = far * LOOKED_AT if starts else np.array([far])
+            near = max([each for each in places if excess(each) < 0], default=near)
+            beyond = places[places > near]
+            if len(beyond):
+                return float(optimize.brentq(excess, near, beyond[0], xtol=PRECISION * beyond[0]))
+            far = 2 * far
         return float("inf")
 
     return at - side(-1.0), at + side(1.0)

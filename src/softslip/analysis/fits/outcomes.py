@@ -1,5 +1,6 @@
 """From the most likely parameters of a law to the outcome of a fit."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -38,6 +39,9 @@ class LawToFit:
     branched
         Whether the law is the faster of several: then there may be a minimum for each way in which
         the points can belong to them, at every value of a parameter.
+    quantile_factors
+        From the most likely parameters to factors on the quantiles of the intervals, one for each
+        of `CONFIDENCE`; None where quantiles of χ² do.
     """
 
     problem: Problem
@@ -45,6 +49,7 @@ class LawToFit:
     units: tuple[float, ...]
     names: tuple[str, ...]
     branched: bool = False
+    quantile_factors: Callable[[FloatArray], FloatArray] | None = None
 
 
 def fitted(law: LawToFit, points: int) -> Fit:
@@ -67,11 +72,14 @@ def fitted(law: LawToFit, points: int) -> Fit:
         return replace(nothing(size, points, said), reduced_chi_square=good.reduced_chi_square)
     units = np.array(law.units)
     starts = law.starts if law.branched else []
+    widening = np.full(len(CONFIDENCE), good.widening)
+    if law.quantile_factors is not None:
+        widening *= law.quantile_factors(found.values)
     ends = np.array(
         [
             [
-                profile_interval(law.problem, found, row, c, good.widening, starts)
-                for c in CONFIDENCE
+                profile_interval(law.problem, found, row, c, wider, starts)
+                for c, wider in zip(CONFIDENCE, widening, strict=True)
             ]
             for row in np.eye(len(found.values))[:size]
         ]

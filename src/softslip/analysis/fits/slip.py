@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 
+from softslip.analysis.fits.branches import quantile_factors
 from softslip.analysis.fits.likelihood import Problem
 from softslip.analysis.fits.measured_points import FloatArray, Points, dimensionless
 from softslip.analysis.fits.outcomes import LawToFit, fitted, least_deviance
@@ -36,9 +37,6 @@ one is then twenty times as likely as the other."""
 COEFFICIENT, NEWTONIAN = "slip_coefficient", "newtonian_slip_coefficient"
 EXPONENT, INTERCEPT = "slip_exponent", "slip_yield_stress"
 EVIDENCE = "slip_linear_evidence"
-
-LARGEST = 3
-"""Points at the largest stresses through which a line is drawn to start from."""
 
 FILM = "_film"
 """End of the names of what says whether a law was fitted beside a film, to all points."""
@@ -162,6 +160,28 @@ def _fit_exponent(points: Points, law: SlipLaw) -> Fit:
     return replace(fitted(free, points.count), more=more)
 
 
+def _starts_of_line(points: Points, offset: float) -> list[FloatArray]:
+    """Return σ' and ν to start from: those of a line through all points, from σ_y or from 0."""
+    slope, _ = np.polyfit(points.abscissa, points.value, 1, w=1 / points.error)
+    return [np.array([start, slope]) for start in (offset, 0.0)]
+
+
+def _starts_of_branches(points: Points) -> list[FloatArray]:
+    """Return σ', ν and ν_N to start from: a film at the first points, a line through the others.
+
+    One for each number of points that may belong to the film.
+    """
+    found = []
+    for first in range(1, points.count - 1):
+        low = np.arange(points.count) < first
+        film, rest = points.where(low), points.where(~low)
+        weights = (film.abscissa / film.error) ** 2
+        newtonian = np.average(film.value / film.abscissa, weights=weights)
+        slope, level = np.polyfit(rest.abscissa, rest.value, 1, w=1 / rest.error)
+        found.append(np.array([-level / slope, slope, newtonian]))
+    return found
+
+
 def _fit_intercept(points: Points, law: SlipLaw) -> Fit:
     """Fit the stress at which slip begins, V = ν (σ − σ'), with a free coefficient."""
     scaled, stress, _ = dimensionless(points)
@@ -172,21 +192,20 @@ def _fit_intercept(points: Points, law: SlipLaw) -> Fit:
             speeds = np.maximum(speeds, parameters[2] * scaled.abscissa)
         return np.asarray((scaled.value - speeds) / scaled.error)
 
-    slope, _ = np.polyfit(scaled.abscissa, scaled.value, 1, w=1 / scaled.error)
-    starts = [np.array([start, slope]) for start in (law.offset / stress, 0.0)]
-    if law.film:
-        # The film is at the least stresses, the line through the largest.
-        film = float(scaled.value[0] / scaled.abscissa[0])
-        steep, last = np.polyfit(scaled.abscissa[-LARGEST:], scaled.value[-LARGEST:], 1)
-        starts.append(np.array([-last / steep, steep]))
-        starts = [np.append(start, film) for start in starts]
     free = LawToFit(
         Problem(deviations, scaled.freedom, scaled.common),
-        starts,
+        _starts_of_line(scaled, law.offset / stress),
         (stress,),
         ("the stress at which slip begins",),
-        law.film,
     )
+    if law.film:
+
+        def factors(parameters: FloatArray) -> FloatArray:
+            return quantile_factors(scaled.abscissa, scaled.error, parameters)
+
+        free = replace(
+            free, starts=_starts_of_branches(scaled), branched=True, quantile_factors=factors
+        )
     return fitted(free, points.count)
 
 
