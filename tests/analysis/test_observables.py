@@ -32,7 +32,9 @@ from softslip.analysis.observables import (
     steady_state,
     yielding_time,
 )
+from softslip.analysis.observables.correlation import MeanEstimate
 from softslip.analysis.observables.series import interval_means, record_edges
+from softslip.analysis.observables.smoothed_series import NoisySeries
 from softslip.analysis.observables.tables import creep, flow_curve, profiles
 from softslip.errors import DatasetError
 
@@ -164,6 +166,21 @@ def test_yielding_time_is_that_of_the_least_bulk_rate(stress):
     error = float(found["yielding_time_error"])
     assert bool(found["yielded"])
     assert off < max(2 * error, 0.1 * exact), f"{off:.2f} off {exact:.2f}, with error {error:.2f}"
+
+
+def test_the_window_displaces_the_time_of_yielding_by_less_than_a_gaussian_one():
+    ends = record_ends(400.0, longest=0.1)
+    edges = np.concatenate(([0.0], ends))
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    flowing = 1 / (1 + (middle / 40) ** -4)
+    rate = 0.2 * (middle / 40) ** -0.7 * (1 - flowing) + flowing
+    made_up = NoisySeries(edges, rate, MeanEstimate(1.0, 0.01, 50.0), np.zeros((len(rate), 1)))
+    exact, sharp, smooth = (
+        float(middle[np.argmin(each)])
+        for each in (rate, made_up.sharpened(0.1), made_up.smoothed(0.1))
+    )
+    assert exact - smooth > 0.04 * exact
+    assert abs(sharp - exact) < 0.8 * (exact - smooth)
 
 
 def test_times_are_told_with_their_sensitivity_to_smoothing():
