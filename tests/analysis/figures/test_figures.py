@@ -61,6 +61,15 @@ def test_missing_runs_are_counted(runs, curve):
         assert "2 of 8 runs missing" in words(figure)
 
 
+def test_walls_without_any_run_are_named_as_missing_and_not_in_the_legend(runs):
+    some = [(labels, run if labels["roughness"] == 0.0 else None) for labels, run in runs]
+    curve = flow_curve(some)
+    for figure in (drawn(curve), figures.draw("fig6", curve, fit_laws(curve)), transients(some)):
+        lines = words(figure).splitlines()
+        assert any("among them all at $\\beta$ = 0.59" in line for line in lines)
+        assert not any(line.startswith("$\\beta$ = 0.59") for line in lines)
+
+
 def test_complete_data_needs_no_note(runs):
     done = [(labels, run) for labels, run in runs if labels["roughness"] == 0.0]
     assert "missing" not in words(transients(done))

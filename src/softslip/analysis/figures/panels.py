@@ -30,15 +30,33 @@ ROUGHNESS = "roughness"
 
 @dataclass(frozen=True)
 class Family:
-    """The dimension whose values have a colour and a marker each."""
+    """The dimension whose values have a colour and a marker each.
+
+    Attributes
+    ----------
+    dim, values
+        Its name, and its values.
+    missing
+        Numbers of the values of which no run is done. The others have the same colours and markers
+        as when all are.
+    """
 
     dim: str
     values: tuple[Any, ...]
+    missing: frozenset[int] = frozenset()
+
+    @classmethod
+    def along(cls, table: xr.Dataset, dim: str) -> "Family":
+        """Return the family of a dimension of a table with ``status``."""
+        done = (table["status"] == "done").transpose(dim, ...).values
+        missing = np.flatnonzero(~done.reshape(len(done), -1).any(axis=1))
+        return cls(dim, tuple(table[dim].values.tolist()), frozenset(missing.tolist()))
 
     def members(self, cell: xr.Dataset) -> Iterator[tuple[int, str, xr.Dataset]]:
-        """Yield number, label and data of each member."""
+        """Yield number, label and data of each member that is not missing."""
         for number, value in enumerate(self.values):
-            yield number, named(self.dim, value), cell.isel({self.dim: number})
+            if number not in self.missing:
+                yield number, named(self.dim, value), cell.isel({self.dim: number})
 
     def laws_of(self, fits: xr.Dataset, number: int) -> xr.Dataset:
         """Return the fits of a member; those that are pooled over the family belong to each."""
@@ -83,7 +101,7 @@ def family_of(table: xr.Dataset, *along: str) -> Family:
     dims = [str(dim) for dim in table["status"].dims if dim not in (*along, "seed")]
     several = [dim for dim in dims if table.sizes[dim] > 1]
     chosen = ROUGHNESS if not several or ROUGHNESS in several else several[0]
-    return Family(chosen, tuple(table[chosen].values.tolist()))
+    return Family.along(table, chosen)
 
 
 def facets(dataset: xr.Dataset, *known: str) -> list[tuple[str, dict[str, Any]]]:
@@ -145,7 +163,7 @@ def _where(status: xr.DataArray) -> str:
         for value in status[dim].values.tolist()
         if not bool((status.sel({dim: value}) == "done").any())
     ]
-    return f", all at {', '.join(absent[:4])}" if absent else ""
+    return f", among them all at {', '.join(absent[:4])}" if absent else ""
 
 
 def legend_above(figure: Figure, axes: Axes, most: int = 8) -> None:

@@ -69,7 +69,7 @@ def transients(dataset: xr.Dataset, flow_curve: xr.Dataset, fits: xr.Dataset) ->
     table = with_dimensions(mean_over_seeds(flow_curve), *KNOWN)
     rows = facets(mean, *KNOWN)
     figure, panels = grid_of_panels(2 * len(rows), 3, width=WIDE, height=2.75)
-    family = Family(ROUGHNESS, tuple(mean[ROUGHNESS].values.tolist()))
+    family = Family.along(table, ROUGHNESS)
     notes, seen = list[str](), set[str]()
     for number, (title, chosen) in enumerate(rows):
         rates, times = panels[2 * number : 2 * number + 2]
