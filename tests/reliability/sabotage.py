@@ -16,7 +16,7 @@ import xarray as xr
 from softslip.errors import CheckpointError, DatasetError
 from softslip.files.storage import CONTENT_DIGEST, RECORD_DIGEST, read_dataset
 from softslip.simulation import packing
-from softslip.simulation.checkpoint import read_header
+from softslip.simulation.checkpoint import SUFFIX, read_header
 from softslip.simulation.checkpoint_generations import Checkpoints
 from softslip.simulation.checkpointer import Checkpointer
 
@@ -74,6 +74,18 @@ def slow_down(seconds: float) -> None:
         save(self, *others)
 
     Checkpointer.save_if_due = waiting
+
+
+def die_with_checkpoints(folder: str, number: int) -> None:
+    """Die at the step that leaves so many checkpoints in a folder."""
+    save = Checkpointer.save_if_due
+
+    def saving(self: Any, *others: Any) -> None:
+        save(self, *others)
+        if len(list(Path(folder).rglob(f"*{SUFFIX}"))) == number:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    Checkpointer.save_if_due = saving
 
 
 BOUNDARIES = {

@@ -32,17 +32,9 @@ def with_results(chain: Chain, folder: Path, stage: str) -> dict[Path, bytes]:
     target.parent.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(chain.output(chain.folder, stage), target)
     if stage in KEPT:
-        slow = {"slow_down": {"seconds": 0.1}}
-        every = ("--checkpoint-interval", 0)
-        # Killed between the two renames, or before the second checkpoint, it leaves only one.
-        for attempt in range(1, 11):
-            after = chain.seconds[stage] + 0.4 * attempt
-            chain.run(folder, stage, *every, after=after, sabotage=slow)
-            if len(list(folder.rglob(f"*{SUFFIX}"))) == 2:
-                break
+        death = {"die_with_checkpoints": {"folder": str(folder), "number": 2}}
+        chain.run(folder, stage, "--checkpoint-interval", 0, sabotage=death)
         assert len(list(folder.rglob(f"*{SUFFIX}"))) == 2
-        for part in folder.rglob("*.part"):
-            part.unlink()
     return contents(folder)
 
 
