@@ -151,7 +151,7 @@ def _draw_steady(axes: Axes, cell: xr.Dataset, fits: xr.Dataset) -> None:
     if not unlike(cell):
         mark_place(axes, "c", "least_separation", paper.LEAST_SEPARATION)
     low, high = axes.get_ylim()
-    axes.set_ylim(low / 1.5, high * (high / low) ** 0.7)
+    axes.set_ylim(low / 1.5, high * (high / low) ** 1.2)
     axes.legend(loc="upper left", fontsize=7.5)
 
 

@@ -116,7 +116,7 @@ def lengths(dataset: xr.Dataset, fits: xr.Dataset) -> Figure:
         dataset,
         explained(table, "steady_slip", "steady_bulk"),
         "triangles at the lower edge: not above zero" if below else "",
-        f"{endless} total lengths without an upper end are not drawn" if endless else "",
+        f"total lengths without an upper end, not drawn: {endless}" if endless else "",
         known=known,
     )
     return figure
