@@ -90,7 +90,7 @@ def test_lengths_without_an_upper_end_are_counted_and_not_drawn(curve, laws):
     spoiled = curve.copy(deep=True)
     spoiled["total_slip_length_error"][{"stress": 4, "roughness": 0}] = np.inf
     figure = figures.draw("fig7", spoiled, laws)
-    assert "1 total lengths without an upper end are not drawn" in words(figure)
+    assert "total lengths without an upper end, not drawn: 1" in words(figure)
     assert (0.3, 0.0) not in {each[:2] for each in kept(figure, "b", "total_slip_length")}
 
 
