@@ -1,3 +1,4 @@
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -51,6 +52,18 @@ def test_files_are_copied_and_the_document_is_rewritten(project):
     assert written == [*copies, document]
     assert [path.read_bytes() for path in copies] == [b"whole", b"one"]
     assert blocks_in(document.read_text()) == {"size": "5 byte"}
+
+
+def test_further_documents_have_the_parts_that_they_name(project):
+    (project / "further.md").write_text(f"Few words.\n\n{DOCUMENT}")
+    (project / "without.md").write_text("Nothing generated.\n")
+    names = ("further.md", "without.md", "nowhere.md")
+    every = replace(publication("whole.nc"), further=tuple(map(Path, names)))
+    every.write(project / "results", project)
+    assert blocks_in((project / "further.md").read_text()) == {"size": "5 byte"}
+    assert (project / "further.md").read_text().startswith("Few words.\n")
+    assert (project / "without.md").read_text() == "Nothing generated.\n"
+    assert not (project / "nowhere.md").exists()
 
 
 def test_nothing_is_published_where_a_file_is_missing(project):

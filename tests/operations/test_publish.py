@@ -11,7 +11,13 @@ from softslip.config.stages import STAGES
 from softslip.files.products import DATASETS
 from softslip.files.publication import blocks_in
 from softslip.files.storage import read_dataset
-from softslip.operations.publish import DOCUMENT, PUBLISHED, RESEARCH_OBJECT, publication_of
+from softslip.operations.publish import (
+    DOCUMENT,
+    PUBLISHED,
+    README,
+    RESEARCH_OBJECT,
+    publication_of,
+)
 from softslip.provenance.archive import FOUND, MISSING
 from softslip.provenance.crate import METADATA
 from softslip.provenance.tracing.targets import Target
@@ -97,11 +103,12 @@ def test_what_is_not_finished_is_not_published(project, results):
 
 
 @pytest.mark.parametrize("name", SCENARIOS)
-def test_the_document_says_what_the_published_datasets_say(name):
+def test_documents_say_what_the_published_datasets_say(name):
     scenario = load_scenario(str(ROOT / "config" / f"{name}.yaml"))
-    said = blocks_in((ROOT / DOCUMENT).read_text("utf-8"))
+    said, in_short = (blocks_in((ROOT / each).read_text("utf-8")) for each in (DOCUMENT, README))
     for part, text in publication_of(scenario).blocks(ROOT / PUBLISHED / name).items():
         assert said[part] == text.strip(), part
+        assert in_short.get(part, text.strip()) == text.strip(), part
 
 
 @pytest.mark.parametrize("name", SCENARIOS)

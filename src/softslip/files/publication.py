@@ -29,6 +29,8 @@ class Publication:
         Command that makes them.
     blocks
         Generated parts of the document from such a folder.
+    further
+        Further documents, which have some of the same parts; one that is not there is left out.
     others
         Text of further files that are made from such a folder, by their paths below the project's.
     """
@@ -38,6 +40,7 @@ class Publication:
     files: tuple[str, ...]
     made_by: str
     blocks: Callable[[Path], Blocks]
+    further: tuple[Path, ...] = ()
     others: Callable[[Path], Mapping[Path, str]] = lambda results: {}
 
     def write(self, results: Path, root: Path = Path()) -> list[Path]:
@@ -62,8 +65,13 @@ class Publication:
         if not (root / self.document).exists():
             limit, remedy = "is not there", "publish from the folder of a clone of the project"
             raise ConfigError("document", brief(str(self.document)), limit, remedy)
+        blocks = self.blocks(results)
         text = (root / self.document).read_text(encoding="utf-8")
-        contents[self.document] = with_blocks(text, self.blocks(results)).encode()
+        contents[self.document] = with_blocks(text, blocks).encode()
+        for document in filter(lambda each: (root / each).exists(), self.further):
+            text = (root / document).read_text(encoding="utf-8")
+            own = {name: blocks[name] for name in blocks_in(text) if name in blocks}
+            contents[document] = with_blocks(text, own).encode()
         for path, other in self.others(results).items():
             contents[path] = other.encode()
         for path, content in contents.items():

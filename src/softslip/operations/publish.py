@@ -22,6 +22,9 @@ from softslip.provenance.crate import METADATA, Credits, collect, files_of
 DOCUMENT = Path("docs/results.md")
 """Document on published results, below the project's folder."""
 
+README = Path("README.md")
+"""Document that has some of its generated parts too."""
+
 RESEARCH_OBJECT = "research_object.json"
 """File that says what the research object of a scenario has in it, below the folder of results."""
 
@@ -52,7 +55,7 @@ def publication_of(scenario: Scenario, runs: Path | None = None) -> Publication:
     """Return what is published of a scenario.
 
     The document has generated parts called after the scenario: ``NAME_scope``,
-    ``NAME_comparison``, ``NAME_laws`` and ``NAME_effort``.
+    ``NAME_comparison``, ``NAME_laws`` and ``NAME_effort``. The README has those that it names.
 
     Parameters
     ----------
@@ -85,6 +88,7 @@ def publication_of(scenario: Scenario, runs: Path | None = None) -> Publication:
         files=(*tables, "figures/*.*", *finished),
         made_by=f"finish it with snakemake --cores 2 --config scenario={name}",
         blocks=blocks,
+        further=(README,),
     )
 
 
