@@ -18,12 +18,10 @@ import pytest
 from loopback import Cluster, missing
 from projects import copy_project
 
-from softslip.config.scenario import load_scenario
 from softslip.config.stages import STAGES
 from softslip.files.labels import text_attributes
 from softslip.files.storage import CONTENT_DIGEST
 from softslip.operations.checkpoint_files import checkpointed_progress
-from softslip.operations.job_requests import JobRequests
 
 pytestmark = [pytest.mark.slurm, pytest.mark.slow]
 
@@ -53,12 +51,6 @@ base:
 axes:
   rheometer.stress: [0.3, 0.5]
 """
-
-LONGER = (
-    LONG.replace("Two runs of a minute or two", "A run of twenty minutes")
-    .replace("shear_time: 4000", "shear_time: 80000")
-    .replace("[0.3, 0.5]", "[0.5]")
-)
 
 LONGEST = 2
 """Minutes of a job; its run is told to stop after 30 to 60 s, of which it takes 10 to begin."""
@@ -137,24 +129,6 @@ def test_the_ci_scenario_gives_the_same(cluster: Cluster, small: Project, tmp_pa
     project = Project(tmp_path / "cluster", CI)
     project.finish(*through_slurm(*WANTED))
     assert project.digests() == small.digests()
-
-
-def test_a_run_ends_with_limits_at_a_tenth_of_what_it_needs(
-    cluster: Cluster, tmp_path: Path
-) -> None:
-    local = Project(tmp_path / "local", LONGER)
-    beside = local.start("--cores", "1", *WANTED)
-    project = Project(tmp_path / "cluster", LONGER)
-    scenario = load_scenario(str(project.folder / "config" / "small.yaml"))
-    run = scenario.runs()[0]
-    needed = JobRequests(scenario, project.results).minutes("shear", run.ids["shear"])
-    assert needed >= 10 * LONGEST
-    before = len(cluster.ends())
-    project.finish(*through_slurm(*WANTED))
-    assert beside.wait() == 0, local.said
-    ends = Counter(cluster.ends()[before:])
-    assert ends["FAILED"] + ends["TIMEOUT"] >= 10, f"few jobs came to their limits: {ends}"
-    assert project.digests() == local.digests()
 
 
 @dataclass
