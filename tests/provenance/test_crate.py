@@ -179,7 +179,8 @@ def test_results_are_whole_in_it(folder, project):
     for name in ("flow_curve", "fits"):
         read_dataset(folder / "results" / "small" / f"{name}.nc", stage=name)
     own, there = (below(top / "results" / "small") for top in (folder, project))
-    assert set(own) == {name for name in there if not name.endswith(".lock")}
+    # A stage of more than a minute, as on a busy machine, leaves a checkpoint.
+    assert set(own) == {name for name in there if not name.endswith((".lock", ".checkpoint"))}
     assert all(own[name].read_bytes() == there[name].read_bytes() for name in own)
 
 

@@ -93,9 +93,9 @@ TABLE = [
     ("fit", "analysis.fits.summary"),
     ("fit draw coverage", "analysis.fits.flow analysis.fits.joint"),
     ("fit compare draw coverage", "analysis.fits.finite_size analysis.fits.points"),
-    ("fit coverage", "analysis.fits analysis.fits.critical_roughness analysis.fits.likelihood"),
-    ("fit coverage", "analysis.fits.measured_points analysis.fits.outcomes"),
-    ("fit coverage", "analysis.fits.powers analysis.fits.slip"),
+    ("fit coverage", "analysis.fits analysis.fits.branches analysis.fits.critical_roughness"),
+    ("fit coverage", "analysis.fits.likelihood analysis.fits.measured_points"),
+    ("fit coverage", "analysis.fits.outcomes analysis.fits.powers analysis.fits.slip"),
     # It only collects names.
     ("", "studies.coverage studies.coverage.coverage_markdown"),
     ("coverage", "studies.coverage.*"),
