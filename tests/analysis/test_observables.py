@@ -34,7 +34,7 @@ from softslip.analysis.observables import (
 )
 from softslip.analysis.observables.correlation import MeanEstimate
 from softslip.analysis.observables.series import interval_means, record_edges
-from softslip.analysis.observables.smoothed_series import NoisySeries
+from softslip.analysis.observables.smoothed_series import NoisySeries, sharp
 from softslip.analysis.observables.tables import creep, flow_curve, profiles
 from softslip.errors import DatasetError
 
@@ -175,12 +175,12 @@ def test_the_window_displaces_the_time_of_yielding_by_less_than_a_gaussian_one()
     flowing = 1 / (1 + (middle / 40) ** -4)
     rate = 0.2 * (middle / 40) ** -0.7 * (1 - flowing) + flowing
     made_up = NoisySeries(edges, rate, MeanEstimate(1.0, 0.01, 50.0), np.zeros((len(rate), 1)))
-    exact, sharp, smooth = (
+    exact, sharper, smooth = (
         float(middle[np.argmin(each)])
-        for each in (rate, made_up.sharpened(0.1), made_up.smoothed(0.1))
+        for each in (rate, made_up.smoothed(0.1, sharp), made_up.smoothed(0.1))
     )
     assert exact - smooth > 0.04 * exact
-    assert abs(sharp - exact) < 0.8 * (exact - smooth)
+    assert abs(sharper - exact) < 0.8 * (exact - smooth)
 
 
 def test_times_are_told_with_their_sensitivity_to_smoothing():
@@ -212,6 +212,26 @@ def test_slip_time_is_that_of_half_the_steady_slip():
     assert off.max() < 0.35 * exact, f"up to {off.max():.2f} off {exact:.2f}"
     covered = np.mean(off < errors)
     assert covered >= 0.4, f"the error covers {covered:.0%} of slip times"
+
+
+@pytest.mark.parametrize("highest", [0.4, 0.8, 1.5])
+def test_an_elastic_jump_is_not_the_onset_of_slip(highest):
+    run = shear_run(0.3, 0.0, 1, duration=600.0, profiles=2, noise=0.02)
+    slip = run["slip_velocity"]
+    since = run["time"] / 0.1
+    jump = highest * slip[-1] * since * np.exp(1 - since)
+    before, after = (
+        float(slip_time(each)["slip_time"]) for each in (run, run.assign(slip_velocity=slip + jump))
+    )
+    assert after == pytest.approx(before, rel=0.05)
+
+
+def test_a_lull_of_steady_slip_is_not_its_onset():
+    run = shear_run(0.3, 0.0, 1, duration=600.0, profiles=2, noise=0.02)
+    lull = (run["time"] > 250) & (run["time"] < 300)
+    calm = run.assign(slip_velocity=run["slip_velocity"] * np.where(lull, 0.1, 1.0))
+    before, after = (float(slip_time(each)["slip_time"]) for each in (run, calm))
+    assert after == pytest.approx(before, rel=0.1)
 
 
 def test_profile_is_normalised_by_the_wall_speeds():

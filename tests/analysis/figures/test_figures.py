@@ -10,6 +10,7 @@ from synthetic import HEIGHT, LENGTH, shear_run, sweep
 
 from softslip.analysis import figures
 from softslip.analysis.figures import membranes
+from softslip.analysis.figures.drawing import COLOURS, LINES
 from softslip.analysis.fits import fit_laws
 from softslip.analysis.observables.tables import creep, flow_curve, profiles
 from softslip.errors import DatasetError
@@ -68,6 +69,18 @@ def test_walls_without_any_run_are_named_as_missing_and_not_in_the_legend(runs):
         lines = words(figure).splitlines()
         assert any("among them all at $\\beta$ = 0.59" in line for line in lines)
         assert not any(line.startswith("$\\beta$ = 0.59") for line in lines)
+
+
+def test_every_wall_has_a_line_style_of_its_own():
+    assert len(LINES) == len(COLOURS) == len(set(LINES))
+
+
+def test_walls_without_any_run_have_no_panel(runs):
+    some = [(labels, run if labels["roughness"] == 0.0 else None) for labels, run in runs]
+    rough, smooth = transients(some).axes[:2]
+    for panel in (rough, smooth):
+        assert r"$\beta$ = 0" in panel.get_title()
+        assert panel.lines
 
 
 def test_complete_data_needs_no_note(runs):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import optimize
 
-from softslip.analysis.fits.branches import _at_onset, _free, _least, quantile_factors
+from softslip.analysis.fits.branches import _least, quantile_factors
 
 STRESS = np.array([0.02, 0.04, 0.08, 0.16, 0.3, 0.5])
 
@@ -48,8 +48,7 @@ def test_the_least_deviance_is_that_of_a_search(onset):
     random = np.random.default_rng(5)
     error = 0.06 * speeds(STRESS, ONSET, COEFFICIENT, NEWTONIAN)
     drawn = speeds(STRESS, ONSET, COEFFICIENT, NEWTONIAN) / error + random.normal(size=(12, 6))
-    every = _free(drawn, STRESS, error) if onset is None else _at_onset(drawn, STRESS, error, onset)
-    least = _least(every)
+    least = _least(drawn, STRESS, error, onset)
     for deviance, values in zip(least, drawn, strict=True):
         assert deviance == pytest.approx(searched(values, error, onset), abs=1e-5)
 

@@ -5,8 +5,8 @@ import pytest
 import xarray as xr
 
 from softslip.analysis.fits import FITTED, fit_laws, flow_and_slip, herschel_bulkley
+from softslip.analysis.fits.branches import two_branches
 from softslip.analysis.fits.flow import PARAMETERS, flow_rate
-from softslip.analysis.fits.joint import two_branches
 from softslip.studies.coverage.made_up_curves import CurveKind
 
 TRUTHS = {

@@ -104,7 +104,7 @@ def test_the_evidence_favours_nothing_where_there_is_no_slip():
     assert wrong <= 0.1, f"{wrong:.0%} favour an exponent"
 
 
-@pytest.fixture(scope="module", params=["flow", "no slip", "negative slip"])
+@pytest.fixture(scope="module", params=["flow", "no slip", "negative slip", "elastic jump"])
 def measured(request):
     return run_tallies(RUNS[request.param], 60, 1)
 
@@ -113,6 +113,14 @@ def test_what_is_measured_of_a_run_is_covered(measured):
     for name, tally in measured.items():
         if tally.intervals >= 30:
             assert max(off(tally)) < 0.05, f"intervals of {name} hold {tally.coverage()}"
+
+
+def test_the_median_of_what_is_measured_is_near_its_truth(measured):
+    for name in ("shear_rate_bulk", "slip_velocity", "slip_time"):
+        tally = measured[name]
+        if tally.intervals >= 30:
+            truth = RUNS["flow"].truths[name]
+            assert abs(tally.median_difference()) < 0.05 * abs(truth), name
 
 
 @pytest.mark.parametrize(
@@ -165,13 +173,15 @@ def test_noise_has_the_memory_that_it_says():
 def test_a_tally_counts_what_is_said_and_what_is_held():
     tally = Tally()
     ends = np.array([[0.0, 1.0], [-1.0, 2.0]])
-    tally.add("a", ends, 1.5)
-    tally.add("b", ends, 0.5)
+    tally.add("a", ends, 1.5, 1.6)
+    tally.add("b", ends, 0.5, 0.8)
     tally.add("b", None, 0.5)
     tally.add("b", ends * np.nan, 0.5)
     assert tally.coverage() == [0.5, 1.0]
     assert tally.intervals == 2
     assert tally.share("b") == 0.75
+    assert tally.median_difference() == pytest.approx(0.2)
+    assert np.isnan(Tally().median_difference())
 
 
 def test_every_kind_is_in_the_tables(small):

@@ -26,8 +26,16 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "X", "p")
 LETTERS_PER_INCH = 18
 """Letters of the small lines below a figure for each inch of its width."""
 
-LINES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1, 1)), (0, (5, 1.5, 1, 1.5)), (0, (9, 2)))
-"""One line style for each roughness."""
+LINES: tuple[Any, ...] = (
+    "-",
+    (0, (5, 1.5)),
+    (0, (1, 1)),
+    (0, (5, 1.5, 1, 1.5)),
+    (0, (9, 2)),
+    (0, (1, 3)),
+    (0, (9, 1.5, 1, 1.5, 1, 1.5)),
+)
+"""One line style for each roughness, as many as there are colours."""
 
 WIDE, NARROW = 7.0, 3.4
 """Widths of two columns and of one [inch]."""

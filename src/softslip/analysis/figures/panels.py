@@ -48,9 +48,8 @@ class Family:
     @classmethod
     def along(cls, table: xr.Dataset, dim: str) -> "Family":
         """Return the family of a dimension of a table with ``status``."""
-        done = (table["status"] == "done").transpose(dim, ...).values
-        missing = np.flatnonzero(~done.reshape(len(done), -1).any(axis=1))
-        return cls(dim, tuple(table[dim].values.tolist()), frozenset(missing.tolist()))
+        missing = without_runs(table["status"], dim)
+        return cls(dim, tuple(table[dim].values.tolist()), frozenset(missing))
 
     def members(self, cell: xr.Dataset) -> Iterator[tuple[int, str, xr.Dataset]]:
         """Yield number, label and data of each member that is not missing."""
@@ -75,6 +74,12 @@ class Family:
             "marker": MARKERS[number % len(MARKERS)],
             "markersize": max(LARGEST * SHRINK**number, LEAST),
         }
+
+
+def without_runs(status: xr.DataArray, dim: str) -> list[int]:
+    """Return the numbers of the values of a dimension of which no run is done."""
+    done = (status == "done").any([each for each in status.dims if each != dim])
+    return [int(number) for number in np.flatnonzero(~done.values)]
 
 
 def with_dimensions(dataset: xr.Dataset, *dims: str) -> xr.Dataset:
@@ -157,11 +162,10 @@ def note_missing(figure: Figure, dataset: xr.Dataset, *more: str, known: tuple[s
 def _where(status: xr.DataArray) -> str:
     """Name the values of which no run is done at all."""
     absent = [
-        named(str(dim), value)
+        named(str(dim), status[dim].values.tolist()[number])
         for dim in status.dims
         if status.sizes[dim] > 1
-        for value in status[dim].values.tolist()
-        if not bool((status.sel({dim: value}) == "done").any())
+        for number in without_runs(status, str(dim))
     ]
     return f", among them all at {', '.join(absent[:4])}" if absent else ""
 

@@ -217,7 +217,8 @@ def _draw_paper_levels(axes: Axes, family: Family) -> None:
     """Draw the Newtonian slip length that the paper reports, of each roughness where there is."""
     below = family.dim == ROUGHNESS
     for number, value in enumerate(family.values if below else (0.0,)):
-        if not value < paper.CRITICAL_ROUGHNESS_ABOVE.value:
+        shown = not (below and number in family.missing)
+        if not (shown and value < paper.CRITICAL_ROUGHNESS_ABOVE.value):
             continue
         reported = paper.newtonian_slip_length(value * paper.MEAN_RADIUS.value)
         keep(axes, "a", f"newtonian_slip_length at roughness {value:g}", reported)

@@ -46,14 +46,13 @@ KNOWN = ("stress", ROUGHNESS)
 def transients(dataset: xr.Dataset, flow_curve: xr.Dataset, fits: xr.Dataset) -> Figure:
     """Draw the shear rates in time, and when the bulk yields and slip sets in.
 
-    (a, b) Apparent shear rate at the roughest and smoothest wall: colours are stresses, thin lines
-    single runs where there are several seeds, thick ones their mean. (c) That of the bulk, each
-    line style a roughness, averaged over seeds, with a triangle where it yields. (d, e) Yielding
-    and slip time against the stress above yield, with the paper's power through them where the
-    material is the paper's; filled, half filled and open as other smoothings of the series bear
-    them out (`timescale_panels.decided`). Rates that are not positive leave gaps, and the figure
-    says so.
-    Further dimensions get two rows of panels each.
+    (a, b) Apparent shear rate at the roughest and smoothest wall of which a run is done: colours
+    are stresses, thin lines single runs where there are several seeds, thick ones their mean. (c)
+    That of the bulk, each line style a roughness, averaged over seeds, with a triangle where it
+    yields. (d, e) Yielding and slip time against the stress above yield, with the paper's power
+    through them where the material is the paper's; filled, half filled and open as other smoothings
+    of the series bear them out (`timescale_panels.decided`). Rates that are not positive leave
+    gaps, and the figure says so. Further dimensions get two rows of panels each.
 
     Parameters
     ----------
@@ -74,7 +73,7 @@ def transients(dataset: xr.Dataset, flow_curve: xr.Dataset, fits: xr.Dataset) ->
     for number, (title, chosen) in enumerate(rows):
         rates, times = panels[2 * number : 2 * number + 2]
         cell = table.sel(chosen)
-        _draw_row(single.sel(chosen), mean.sel(chosen), rates)
+        _draw_row(single.sel(chosen), mean.sel(chosen), family, rates)
         rates[0].set_ylabel(above(title, "shear rate [1 / time unit]"))
         offset, whose = yield_stress_of(cell, selected(fits, chosen))
         notes.append(whose)
@@ -92,10 +91,10 @@ def transients(dataset: xr.Dataset, flow_curve: xr.Dataset, fits: xr.Dataset) ->
     return figure
 
 
-def _draw_row(single: xr.Dataset, mean: xr.Dataset, axes: list[Axes]) -> None:
+def _draw_row(single: xr.Dataset, mean: xr.Dataset, family: Family, axes: list[Axes]) -> None:
     roughnesses = mean[ROUGHNESS].values
-    order = np.argsort(np.nan_to_num(roughnesses))
-    ends = [(order[-1], "a"), (order[0], "b")]
+    done = [number for number, _, _ in family.members(mean)] or range(len(roughnesses))
+    ends = [(done[-1], "a"), (done[0], "b")]
     for (number, letter), panel in zip(ends, axes, strict=False):
         if "seed" in single.dims and single.sizes["seed"] > 1:
             for seed in range(single.sizes["seed"]):
@@ -106,10 +105,10 @@ def _draw_row(single: xr.Dataset, mean: xr.Dataset, axes: list[Axes]) -> None:
         _keep_bundle(panel, letter, "mean", mean.isel(roughness=number), "shear_rate_wall")
         words = named(ROUGHNESS, roughnesses[number])
         panel.set_title(rf"({letter}) $\dot\gamma_\mathrm{{wall}}$, {words}".rstrip(", "))
-    for number, index in enumerate(order):
+    for number, _, line in family.members(mean):
         style = LINES[number % len(LINES)]
-        _draw_bundle(axes[2], mean.isel(roughness=index), "shear_rate_bulk", style, THIN + 0.5)
-        _keep_bundle(axes[2], "c", "mean", mean.isel(roughness=index), "shear_rate_bulk")
+        _draw_bundle(axes[2], line, "shear_rate_bulk", style, THIN + 0.5)
+        _keep_bundle(axes[2], "c", "mean", line, "shear_rate_bulk")
     axes[2].set_title(rf"(c) $\dot\gamma_\mathrm{{bulk}}$, {of_all(ROUGHNESS)}")
     limits = [panel.get_ylim() for panel in axes if panel.lines]
     for panel in axes:

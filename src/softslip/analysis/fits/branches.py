@@ -1,4 +1,4 @@
-"""How far the deviance of a law of two branches scatters where the law is true."""
+"""The slip law of two branches, and how far its deviance scatters where it is true."""
 
 from collections.abc import Iterator
 
@@ -14,6 +14,13 @@ DRAWS = 1000
 
 ROUNDING = 1e-12
 """Difference of two branches, over the larger, that is taken for none."""
+
+
+def two_branches(
+    stress: FloatArray, onset: float, coefficient: float, newtonian: float
+) -> FloatArray:
+    """Return the slip velocity of the branch that slips faster, ν_N σ or ν (σ − σ')."""
+    return np.asarray(np.maximum(newtonian * stress, coefficient * (stress - onset)))
 
 
 def quantile_factors(stress: FloatArray, error: FloatArray, parameters: FloatArray) -> FloatArray:
@@ -40,17 +47,25 @@ def quantile_factors(stress: FloatArray, error: FloatArray, parameters: FloatArr
         For each of `CONFIDENCE`, 1 at least.
     """
     onset, coefficient, newtonian = (float(each) for each in parameters)
-    speeds = np.maximum(newtonian * stress, coefficient * (stress - onset))
     random = np.random.default_rng(np.random.SeedSequence((len(stress), DRAWS)))
-    drawn = speeds / error + random.standard_normal((DRAWS, len(stress)))
-    excess = _least(_at_onset(drawn, stress, error, onset)) - _least(_free(drawn, stress, error))
+    drawn = two_branches(stress, onset, coefficient, newtonian) / error
+    drawn = drawn + random.standard_normal((DRAWS, len(stress)))
+    excess = _least(drawn, stress, error, onset) - _least(drawn, stress, error)
     chances = np.array(CONFIDENCE)
     factors = np.quantile(excess, chances) / stats.chi2.ppf(chances, 1)
     return np.asarray(np.maximum(factors, 1.0))
 
 
-def _least(deviances: Iterator[FloatArray]) -> FloatArray:
-    return np.asarray(np.min(list(deviances), axis=0))
+def _least(
+    drawn: FloatArray, stress: FloatArray, error: FloatArray, onset: float | None = None
+) -> FloatArray:
+    """Return the least deviances of all laws, or of those of which slip begins at one stress."""
+    film = _squares(drawn, stress / error)[0]
+    if onset is None:
+        others = _free(drawn, stress, error)
+    else:
+        others = _at_onset(drawn, stress, error, onset)
+    return np.asarray(np.min([film, *others], axis=0))
 
 
 def _squares(drawn: FloatArray, *columns: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -74,8 +89,7 @@ def _apart(
 
 
 def _free(drawn: FloatArray, stress: FloatArray, error: FloatArray) -> Iterator[FloatArray]:
-    """Yield the deviances of all laws that may be the least one, infinite where they are none."""
-    yield _squares(drawn, stress / error)[0]
+    """Yield the deviances of all laws but the film alone, infinite where they are none."""
     for first in range(1, len(stress) - 1):
         low = np.arange(len(stress)) < first
         deviance, found = _squares(drawn, low * stress / error, ~low * stress / error, ~low / error)
@@ -91,7 +105,6 @@ def _at_onset(
     drawn: FloatArray, stress: FloatArray, error: FloatArray, onset: float
 ) -> Iterator[FloatArray]:
     """Yield the same for laws of which slip begins at one stress."""
-    yield _squares(drawn, stress / error)[0]
     for first in range(1, len(stress)):
         low = np.arange(len(stress)) < first
         deviance, found = _squares(drawn, low * stress / error, ~low * (stress - onset) / error)

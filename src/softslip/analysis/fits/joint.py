@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 
+from softslip.analysis.fits.branches import two_branches
 from softslip.analysis.fits.flow import (
     PARAMETERS,
     flow_outcome,
@@ -42,13 +43,6 @@ SLIP_PARAMETERS = ("slip_coefficient", "newtonian_slip_coefficient")
 
 AGREEMENT = "agreement"
 """Name of the chance that flow and slip have one yield stress."""
-
-
-def two_branches(
-    stress: FloatArray, yield_stress: float, coefficient: float, newtonian: float
-) -> FloatArray:
-    """Return the slip velocity of the branch that slips faster, ν_N σ or ν (σ − σ_y)."""
-    return np.asarray(np.maximum(newtonian * stress, coefficient * (stress - yield_stress)))
 
 
 def _slip_problem(points: Points) -> Problem:

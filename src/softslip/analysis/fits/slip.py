@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 
-from softslip.analysis.fits.branches import quantile_factors
+from softslip.analysis.fits.branches import quantile_factors, two_branches
 from softslip.analysis.fits.likelihood import Problem
 from softslip.analysis.fits.measured_points import FloatArray, Points, dimensionless
 from softslip.analysis.fits.outcomes import LawToFit, fitted, least_deviance
@@ -187,9 +187,10 @@ def _fit_intercept(points: Points, law: SlipLaw) -> Fit:
     scaled, stress, _ = dimensionless(points)
 
     def deviations(parameters: FloatArray) -> FloatArray:
-        speeds = parameters[1] * (scaled.abscissa - parameters[0])
         if law.film:
-            speeds = np.maximum(speeds, parameters[2] * scaled.abscissa)
+            speeds = two_branches(scaled.abscissa, *parameters)
+        else:
+            speeds = parameters[1] * (scaled.abscissa - parameters[0])
         return np.asarray((scaled.value - speeds) / scaled.error)
 
     free = LawToFit(

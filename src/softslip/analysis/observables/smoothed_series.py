@@ -1,5 +1,6 @@
 """Series smoothed in the logarithm of time, and what their noise can make of that."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,7 +36,11 @@ DRAWS = 400
 """Random courses of the noise by which errors are found."""
 
 
-def _weights(edges: FloatArray, width: float) -> FloatArray:
+Window = Callable[[FloatArray, float], FloatArray]
+"""Weights of a smoothing, a row for each record, by the ends of records and a width [decades]."""
+
+
+def gaussian(edges: FloatArray, width: float) -> FloatArray:
     """Return the Gaussian windows in log time, a row for each record, which add up to 1.
 
     Each record weighs as much as its share of the logarithmic time axis.
@@ -46,12 +51,12 @@ def _weights(edges: FloatArray, width: float) -> FloatArray:
     return np.asarray(weight / weight.sum(axis=1, keepdims=True))
 
 
-def _sharp_weights(edges: FloatArray, width: float) -> FloatArray:
+def sharp(edges: FloatArray, width: float) -> FloatArray:
     """Return windows of fourth order, 4/3 of a Gaussian less 1/3 of one of twice the width.
 
     They leave the curvature of a series in log time as it is, and so displace its minimum less.
     """
-    return np.asarray((4.0 * _weights(edges, width) - _weights(edges, 2.0 * width)) / 3.0)
+    return np.asarray((4.0 * gaussian(edges, width) - gaussian(edges, 2.0 * width)) / 3.0)
 
 
 def _averaged(length: FloatArray | float) -> FloatArray:
@@ -112,21 +117,15 @@ class NoisySeries:
         """Middles of the records [time unit]."""
         return np.asarray(0.5 * (self.edges[1:] + self.edges[:-1]))
 
-    def smoothed(self, width: float) -> FloatArray:
+    def smoothed(self, width: float, window: Window = gaussian) -> FloatArray:
         """Return the series smoothed by a window of some width [decades]."""
-        return _weights(self.edges, width) @ self.values
+        return window(self.edges, width) @ self.values
 
-    def sharpened(self, width: float) -> FloatArray:
-        """Return the series smoothed by a window of fourth order of some width [decades]."""
-        return _sharp_weights(self.edges, width) @ self.values
-
-    def sharpened_noise(self, base: FloatArray, width: float) -> FloatArray:
-        """Return what that leaves of the noise of a series of the size of ``base``."""
-        return np.asarray(_sharp_weights(self.edges, width) @ (np.abs(base)[:, None] * self.noise))
-
-    def smoothed_noise(self, base: FloatArray, width: float) -> FloatArray:
+    def smoothed_noise(
+        self, base: FloatArray, width: float, window: Window = gaussian
+    ) -> FloatArray:
         """Return what smoothing leaves of the noise of a series of the size of ``base``."""
-        return np.asarray(_weights(self.edges, width) @ (np.abs(base)[:, None] * self.noise))
+        return np.asarray(window(self.edges, width) @ (np.abs(base)[:, None] * self.noise))
 
 
 def noisy_series(
@@ -180,10 +179,10 @@ def noisy_series(
 
 def _local_noise(edges: FloatArray, values: FloatArray, correlations: FloatArray) -> FloatArray:
     """Return the standard deviation of the noise about each record, over the smoothed series."""
-    gaussian = _weights(edges, SMOOTHING_WIDTH)
-    removed = np.eye(len(values)) - _sharp_weights(edges, SMOOTHING_WIDTH)
-    size = np.maximum(np.abs(gaussian @ values), np.finfo(np.float64).tiny)
-    around = _weights(edges, LOCAL_WIDTH * SMOOTHING_WIDTH)
+    smooth = gaussian(edges, SMOOTHING_WIDTH) @ values
+    removed = np.eye(len(values)) - sharp(edges, SMOOTHING_WIDTH)
+    size = np.maximum(np.abs(smooth), np.finfo(np.float64).tiny)
+    around = gaussian(edges, LOCAL_WIDTH * SMOOTHING_WIDTH)
     share = around @ ((removed @ correlations) * removed).sum(axis=1)
     power = around @ ((removed @ values) / size) ** 2
     return np.asarray(np.sqrt(power / np.maximum(share, LEAST_SHARE)))

@@ -13,6 +13,7 @@ from softslip.analysis.observables.smoothed_series import (
     SMOOTHING_WIDTH,
     NoisySeries,
     noisy_series,
+    sharp,
 )
 from softslip.analysis.observables.steady import steady_state
 from softslip.files.quantities import described
@@ -110,7 +111,7 @@ def _least(series: NoisySeries) -> tuple[float, float]:
     if not np.isfinite(time):
         return NOTHING
     pilot = series.smoothed(2 * SMOOTHING_WIDTH)
-    courses = pilot[:, None] + series.sharpened_noise(pilot, SMOOTHING_WIDTH)
+    courses = pilot[:, None] + series.smoothed_noise(pilot, SMOOTHING_WIDTH, sharp)
     spread = time * _spread(np.log(_minimum(series.times, courses)))
     moved = time - _minimum_of(series, series.smoothed(SMOOTHING_WIDTH))
     error = float(np.hypot(spread, moved))
@@ -133,7 +134,7 @@ def _least_at(series: NoisySeries, width: float) -> float:
     depth = float(_depths(smooth[:, None])[0])
     if not depth > np.quantile(_depths(constant), 1 - SIGNIFICANCE, method="higher"):
         return float("nan")
-    return _minimum_of(series, series.sharpened(width))
+    return _minimum_of(series, series.smoothed(width, sharp))
 
 
 def _minimum_of(series: NoisySeries, rates: FloatArray) -> float:
@@ -174,14 +175,20 @@ def _minimum(times: FloatArray, rates: FloatArray) -> FloatArray:
 
 
 def slip_time(run: xr.Dataset) -> xr.Dataset:
-    """Find the time τ_s at which the slip velocity first rises to half its steady value (Fig. 8e).
+    """Find the time τ_s at which the slip velocity rises to half its steady value (Fig. 8e).
 
     The series is smoothed as for the yielding time, and crossings are interpolated in log time.
-    The error is that of the crossings of random courses of its noise (`noisy_series`) through half
-    of steady values that scatter by their own error, from the range of nine of ten of them. NaN if
+    Where it rises through half more than once, τ_s is the time of the step from no slip to the
+    steady velocity V that is nearest to it by least squares: of the rises, that before which
+    ∫ (V_s − V/2) dt is least. So neither the elastic jump of a suspension that is loaded at once,
+    which may pass half within the first tenth of a time unit and falls back, nor a lull in a noisy
+    steady state is taken for the onset.
+
+    The error is that of the rises of random courses of its noise (`noisy_series`) to half of
+    steady values that scatter by their own error, from the range of nine of ten of them. NaN if
     the slip velocity is not steady, or not above zero by a t-test at 5 %: noise about no slip
-    rises to half of its mean as well; or if it never rises through half its steady value: a
-    smoothed series that starts above it counts only once it has fallen below.
+    rises to half of its mean as well; or if no such step is nearer than one at either end: a series
+    that is above half from the start never rises to it.
 
     Returns
     -------
@@ -207,7 +214,7 @@ def slip_time(run: xr.Dataset) -> xr.Dataset:
 def _half_risen_at(series: NoisySeries, slip: MeanEstimate, width: float) -> float:
     """Return when slip, smoothed by a window [decades], has risen to half; NaN if never."""
     smooth = series.smoothed(width)[:, None]
-    return float(_first_rises(series.times, smooth, np.array([0.5 * slip.value]))[0])
+    return float(_rises(series, smooth, np.array([0.5 * slip.value]))[0])
 
 
 def _half_risen(series: NoisySeries, slip: MeanEstimate) -> tuple[float, float]:
@@ -219,19 +226,20 @@ def _half_risen(series: NoisySeries, slip: MeanEstimate) -> tuple[float, float]:
     courses = smooth[:, None] + series.smoothed_noise(smooth, SMOOTHING_WIDTH)
     random = np.random.default_rng(np.random.SeedSequence(courses.shape))
     steady = slip.value + slip.error * random.standard_normal(courses.shape[1])
-    levels = np.asarray(0.5 * steady)
-    return time, _spread(_first_rises(series.times, courses, levels))
+    return time, _spread(_rises(series, courses, np.asarray(0.5 * steady)))
 
 
-def _first_rises(times: FloatArray, values: FloatArray, levels: FloatArray) -> FloatArray:
-    """Return when courses, shape (time, courses), first rise through their levels; NaN if never.
+def _rises(series: NoisySeries, values: FloatArray, levels: FloatArray) -> FloatArray:
+    """Return when courses along a series, shape (time, courses), rise through their levels.
 
-    Interpolated in log time.
+    That rise before which the integral of what is above the level is least; NaN where it is least
+    at either end. Interpolated in log time.
     """
-    up = (values[:-1] < levels) & (values[1:] >= levels)
-    first, course = np.argmax(up, axis=0), np.arange(values.shape[1])
-    low, high = values[first, course], values[first + 1, course]
-    rises = up[first, course]
-    share = (levels - low) / np.where(rises, high - low, 1.0)
-    found = times[first] * (times[first + 1] / times[first]) ** np.where(rises, share, 0.0)
-    return np.where(rises, found, np.nan)
+    gained = np.cumsum((values - levels) * np.diff(series.edges)[:, None], axis=0)
+    last, course = np.argmin(gained, axis=0), np.arange(values.shape[1])
+    rises = (gained[last, course] < 0) & (last < len(values) - 1)
+    last = np.minimum(last, len(values) - 2)
+    low, high = values[last, course], values[last + 1, course]
+    share = np.where(rises, levels - low, 0.0) / np.where(rises, high - low, 1.0)
+    times = series.times
+    return np.where(rises, times[last] * (times[last + 1] / times[last]) ** share, np.nan)

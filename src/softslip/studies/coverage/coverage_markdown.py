@@ -17,6 +17,9 @@ from softslip.studies.coverage.made_up_runs import (
 from softslip.studies.coverage.made_up_series import KINDS
 from softslip.studies.markdown import LEFT, RIGHT, markdown_table
 
+OFF = "*Median off by*: how far the median of the estimates is from a truth that is not zero. "
+"""What the column says."""
+
 FEWEST_INTERVALS = 30
 """Intervals from which a share of them is told."""
 
@@ -73,6 +76,13 @@ def _held(row: xr.Dataset, name: str) -> list[str]:
     return [_percent(float(each), count) for each in row[f"{name}_coverage"].values]
 
 
+def _off(row: xr.Dataset, name: str, truth: float) -> str:
+    """Return the median difference over a truth that is not zero, in per cent, with its sign."""
+    told = truth != 0 and int(row[f"{name}_intervals"]) >= FEWEST_INTERVALS
+    off = 100 * float(row[f"{name}_difference"]) / truth if told else np.nan
+    return f"{off:+.1f} %" if np.isfinite(off) else ""
+
+
 def _intervals(
     coverage: xr.Dataset,
     dim: str,
@@ -86,9 +96,11 @@ def _intervals(
     for number in range(coverage.sizes[dim]):
         row = coverage.isel({dim: number})
         words, quantity = kinds[str(row[kind].item())].words, f"`{row[name].item()}`"
-        said = [_known(float(row[truth])), _percent(float(row[share]))]
+        true = float(row[truth])
+        said = [_known(true), _percent(float(row[share])), _off(row, dim, true)]
         rows.append([words, quantity, *said, *_held(row, dim)])
-    return markdown_table([*header, *_heads(coverage)], rows, [LEFT, LEFT] + [RIGHT] * 4)
+    alignment = [LEFT, LEFT] + [RIGHT] * 5
+    return markdown_table([*header, "Median off by", *_heads(coverage)], rows, alignment)
 
 
 def _measurements(coverage: xr.Dataset) -> str:
@@ -103,8 +115,8 @@ def _measurements(coverage: xr.Dataset) -> str:
         f"{TYPICAL_SLIP:g}, and noise 10 % with a memory of 5. Noise is relative, and its "
         "correlation decays by e within its memory [time units]. "
         "*Known*: how often the observable had a value with an error and, of averages, a steady "
-        "verdict. Intervals are value ± t error with Student's quantile, and the normal one for "
-        f"times.\n\n{table}"
+        f"verdict. {OFF}Intervals are value ± t error with Student's quantile, and the normal one "
+        f"for times.\n\n{table}"
     )
 
 
@@ -116,8 +128,9 @@ def _estimates(coverage: xr.Dataset) -> str:
     )
     return (
         f"{coverage.attrs['draws']} flow curves of each kind. *Fitted*: how often the estimate was "
-        "said to be determined; where intervals are few, no share of them is told. Estimates that "
-        f"are not `pooled_` over roughness are those of the smoothest wall by itself.\n\n{table}"
+        f"said to be determined; where intervals are few, no share of them is told. {OFF}Estimates "
+        "that are not `pooled_` over roughness are those of the smoothest wall by itself.\n\n"
+        f"{table}"
     )
 
 

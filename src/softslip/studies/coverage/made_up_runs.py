@@ -55,6 +55,9 @@ TYPICAL_RATE, TYPICAL_SLIP = 0.02, 1e-3
 """Bulk shear rate [1 / time unit] and slip velocity [length unit / time unit] that noise is
 relative to where there is none."""
 
+JUMP_TIME = 0.3
+"""When the elastic response to a stress is fastest [time unit]."""
+
 SWIRL = 0.02
 """Standard deviation of a profile about its mean, over the speed of a wall."""
 
@@ -81,6 +84,9 @@ class RunKind:
         it flows from the start.
     slip_onset
         Time of half the steady slip velocity [time unit]; 0 where it is there from the start.
+    jump
+        Highest slip velocity of the elastic response to a stress that is there at once, over the
+        steady one; it is reached at `JUMP_TIME`.
     noise, memory
         Of bulk rate and slip, of which records are means: standard deviation over their values,
         and the time within which the correlation decays by e [time unit].
@@ -93,6 +99,7 @@ class RunKind:
     slip: float = TYPICAL_SLIP
     onset: float = 40.0
     slip_onset: float = 10.0
+    jump: float = 0.0
     noise: float = 0.1
     memory: float = 5.0
     imposed_rate: bool = False
@@ -115,7 +122,9 @@ class RunKind:
 
     def risen(self, time: FloatArray) -> FloatArray:
         """Return the slip velocity without noise, over the steady one."""
-        return np.asarray(1 / (1 + (self.slip_onset / time) ** 2))
+        onset = 1 / (1 + (self.slip_onset / time) ** 2)
+        since = time / JUMP_TIME
+        return np.asarray(onset + self.jump * since * np.exp(1 - since))
 
     @cached_property
     def yielding_time(self) -> float:
@@ -228,5 +237,9 @@ RUNS: Mapping[str, RunKind] = {
     "creep": RunKind("slips, and creeps as t^−0.7 for ever", onset=np.inf),
     "rest": RunKind("slips about a bulk at rest", rate=0.0),
     "scatter": RunKind("flows, with noise of 100 %, memory 50", noise=1.0, memory=50.0),
+    "quiet flow": RunKind("yields, flows and slips; noise 3 %, memory 5", noise=0.03),
+    "elastic jump": RunKind(
+        "yields, flows and slips, after a jump to 0.8 of its slip at once", jump=0.8
+    ),
 }
 """Kinds of runs by name."""

@@ -39,13 +39,14 @@ def measure_coverage(draws: int, tell: Tell = lambda line: None) -> xr.Dataset:
     -------
     xr.Dataset
         Along ``series``: ``kind``, ``noise``, ``memory``, the shares ``verdict_share`` along
-        ``verdict``, ``series_coverage`` along ``confidence``, and ``series_intervals``, the number
-        of intervals. Along ``estimate``: ``curve``, ``parameter``, ``truth`` (of the smoothest wall
-        where it depends on roughness), ``fitted_share``, ``estimate_coverage`` and
-        ``estimate_intervals``. Along ``slip_kind``: ``slip_curve``, ``slip_truth``, the true
+        ``verdict``, ``series_coverage`` along ``confidence``, ``series_intervals``, the number of
+        intervals, and ``series_difference``, the median of the means less the truth. Along
+        ``estimate``: ``curve``, ``parameter``, ``truth`` (of the smoothest wall where it depends on
+        roughness), ``fitted_share``, ``estimate_coverage``, ``estimate_intervals`` and
+        ``estimate_difference``. Along ``slip_kind``: ``slip_curve``, ``slip_truth``, the true
         exponent of slip, and the shares ``favoured_share`` along ``favoured``. Along
         ``measurement``: ``run_kind``, ``observable``, ``observable_truth``, ``known_share``,
-        ``measurement_coverage`` and ``measurement_intervals``.
+        ``measurement_coverage``, ``measurement_intervals`` and ``measurement_difference``.
     """
     runs = max(round(RUNS_PER_DRAW * draws), 1)
     parts = (_series(draws, tell), *_curves(draws, tell), _runs(runs, tell))
@@ -60,7 +61,10 @@ Column = tuple[Any, Sequence[Any], dict[str, str]]
 
 
 def _shares(dim: str, name: str, tallies: Iterable[Tally], words: str) -> dict[str, Column]:
-    """Return the columns with the coverage of tallies, and the number of their intervals."""
+    """Return the columns with the coverage of tallies, and the number of their intervals.
+
+    And with the median difference of the estimates from their truths, in the truth's units.
+    """
     counted = list(tallies)
     coverage, intervals = [each.coverage() for each in counted], [e.intervals for e in counted]
     share = PURE | {"long_name": f"share of intervals of {words} that hold the truth"}
@@ -70,6 +74,11 @@ def _shares(dim: str, name: str, tallies: Iterable[Tally], words: str) -> dict[s
             dim,
             intervals,
             PURE | {"long_name": f"number of intervals of {words}"},
+        ),
+        f"{name}_difference": (
+            dim,
+            [each.median_difference() for each in counted],
+            PURE | {"long_name": f"median of {words} less its truth"},
         ),
     }
 

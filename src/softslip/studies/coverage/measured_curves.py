@@ -39,7 +39,8 @@ def curve_tallies(kind: CurveKind, draws: int, key: int) -> dict[str, Tally]:
                 continue
             said = str(_smoothest(fits[_message_of(name)]).item())
             ends = _smoothest(fits[f"{name}_interval"]).values
-            tally.add(said if said == FITTED else NOT_FITTED, ends, kind.truths[name])
+            value = float(_smoothest(fits[name]))
+            tally.add(said if said == FITTED else NOT_FITTED, ends, kind.truths[name], value)
     return tallies
 
 

@@ -27,7 +27,7 @@ def run_tallies(kind: RunKind, draws: int, key: int) -> dict[str, Tally]:
             estimate = estimate_named(found, name)
             known = _determined(found, name, estimate)
             ends = ends_of(estimate) if known else None
-            tally.add(KNOWN if known else UNKNOWN, ends, kind.truths[name])
+            tally.add(KNOWN if known else UNKNOWN, ends, kind.truths[name], estimate.value)
     return tallies
 
 

@@ -18,5 +18,6 @@ def series_tally(kind: str, noise: float, memory: float, draws: int, key: int) -
         scale = values if made.truth != 0 else np.ones_like(values)
         start, verdict = judged(values, scale, falls=made.truth > 0 or np.isnan(made.truth))
         steady = verdict in (STEADY, WITHIN_ERROR)
-        tally.add(verdict, ends_of(mean_of(values[start:])) if steady else None, made.truth)
+        mean = mean_of(values[start:])
+        tally.add(verdict, ends_of(mean) if steady else None, made.truth, mean.value)
     return tally

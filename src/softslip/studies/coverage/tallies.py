@@ -22,18 +22,24 @@ class Tally:
         For each confidence, whether the interval of each draw held the truth.
     said
         What was said of each draw: a verdict, or the message of a fit.
+    differences
+        By how much the estimate of each draw with intervals exceeds the truth.
     """
 
     covered: tuple[list[bool], ...] = field(default_factory=lambda: ([], []))
     said: list[str] = field(default_factory=list)
+    differences: list[float] = field(default_factory=list)
 
-    def add(self, said: str, ends: FloatArray | None, truth: float) -> None:
-        """Count one draw, with the ends of its intervals where it has any."""
+    def add(
+        self, said: str, ends: FloatArray | None, truth: float, value: float = float("nan")
+    ) -> None:
+        """Count one draw, with the ends of its intervals and its estimate where it has any."""
         self.said.append(said)
         if ends is None or not np.isfinite(truth) or np.isnan(ends).any():
             return
         for covered, (low, high) in zip(self.covered, ends, strict=True):
             covered.append(bool(low <= truth <= high))
+        self.differences.append(value - truth)
 
     def share(self, *words: str) -> float:
         """Return the share of draws of which one of these was said."""
@@ -47,6 +53,10 @@ class Tally:
     def coverage(self) -> list[float]:
         """Return the share of intervals that held the truth, by confidence."""
         return [float(np.mean(each)) if each else float("nan") for each in self.covered]
+
+    def median_difference(self) -> float:
+        """Return the median difference of the estimates from the truth; NaN without any."""
+        return float(np.median(self.differences)) if self.differences else float("nan")
 
 
 def ends_of(estimate: MeanEstimate) -> FloatArray:
