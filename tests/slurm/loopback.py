@@ -48,7 +48,7 @@ SelectTypeParameters=CR_CPU_Memory
 SlurmdParameters=config_overrides
 SlurmdTimeout={lost}
 ReturnToService=2
-MinJobAge=3600
+MinJobAge=14400
 SchedulerParameters=batch_sched_delay=0,sched_min_interval=500000
 NodeName={nodes} NodeHostname=localhost NodeAddr=127.0.0.1 Port=[16901-16902] CPUs=1 RealMemory=4000
 PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP

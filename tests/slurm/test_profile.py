@@ -18,10 +18,12 @@ import pytest
 from loopback import Cluster, missing
 from projects import copy_project
 
+from softslip.config.scenario import load_scenario
 from softslip.config.stages import STAGES
 from softslip.files.labels import text_attributes
 from softslip.files.storage import CONTENT_DIGEST
 from softslip.operations.checkpoint_files import checkpointed_progress
+from softslip.operations.job_requests import JobRequests
 
 pytestmark = [pytest.mark.slurm, pytest.mark.slow]
 
@@ -42,18 +44,25 @@ WANTED = ("results/small/fits.nc", "results/small/figures/fig5.png")
 CI = (Path(__file__).parents[2] / "config" / "ci.yaml").read_text()
 
 LONG = """\
-description: Two runs of a minute or two; their numbers mean nothing.
+description: A run of twenty minutes; its numbers mean nothing.
 base:
   fidelity: standard
   channel: {length: 0.0625, height: 0.09375, outer_gap: 0.0078125}
-  time_stepping: {ageing_time: 2, shear_time: 4000}
+  time_stepping: {ageing_time: 2, shear_time: 80000}
   recording: {snapshots: []}
 axes:
-  rheometer.stress: [0.3, 0.5]
+  rheometer.stress: [0.5]
 """
 
 LONGEST = 2
 """Minutes of a job; its run is told to stop after 30 to 60 s, of which it takes 10 to begin."""
+
+OF_NEED = 10
+"""Times as long as that is what the run requests where nothing limits its job."""
+
+ATTEMPTS = 100
+"""Most jobs of a run, twice as many as the profile's: 20 are cancelled, and the others each work for
+20 to 50 s."""
 
 
 @pytest.fixture(scope="module")
@@ -260,31 +269,45 @@ class Trouble:
                 self.cancelled += self._cluster.cancel(attempt.job)
 
 
+def minutes_requested(project: Project) -> int:
+    """Return the minutes that the shear of a project requests where nothing limits its job."""
+    scenario = load_scenario(str(project.folder / "config" / "small.yaml"))
+    requests = JobRequests(scenario, project.results)
+    return max(requests.minutes("shear", run.ids["shear"]) for run in scenario.runs())
+
+
 def test_an_unlucky_workflow_ends_unattended_with_the_same(
     cluster: Cluster, tmp_path: Path
 ) -> None:
     local = Project(tmp_path / "local", LONG)
-    local.finish("--cores", "2", *WANTED)
+    beside = local.start("--cores", "1", *WANTED)
     project = Project(tmp_path / "cluster", LONG)
-    process = project.start(*through_slurm(*WANTED))
+    needed = minutes_requested(project)
+    assert needed >= OF_NEED * LONGEST
+    process = project.start(*through_slurm("--preemptible-retries", str(ATTEMPTS), *WANTED))
     watch, trouble = Watch(project), Trouble(cluster)
     try:
         while process.poll() is None:
             watch.look()
             trouble.befall(watch.working)
             time.sleep(0.5)
+    except BaseException:
+        beside.kill()
+        raise
     finally:
         process.kill()
     assert process.returncode == 0, project.said
+    assert beside.wait() == 0, local.said
     assert trouble.is_over, f"{trouble.cancelled} jobs were cancelled"
     ends = Counter(cluster.ends())
     assert ends["CANCELLED"] == CANCELLED, ends
-    assert ends["FAILED"] + ends["TIMEOUT"], f"no job came to its limit: {ends}"
+    assert ends["FAILED"] + ends["TIMEOUT"] >= OF_NEED, f"few jobs came to their limits: {ends}"
     assert project.digests() == local.digests()
     lost = [attempt.lost for attempt in watch.ended]
     if RECORD in os.environ:
         seconds = {"used": sum(attempt.used for attempt in watch.ended), "lost": sum(lost)}
-        record = {"attempts": len(lost), "jobs": ends, "seconds": seconds}
+        minutes = {"requested": needed, "longest": LONGEST}
+        record = {"attempts": len(lost), "jobs": ends, "minutes": minutes, "seconds": seconds}
         target = Path(os.environ[RECORD])
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_text(json.dumps(record | {"each": sorted(lost)}) + "\n")
