@@ -61,8 +61,8 @@ OF_NEED = 10
 """Times as long as that is what the run requests where nothing limits its job."""
 
 ATTEMPTS = 100
-"""Most jobs of a run, twice as many as the profile's: 20 are cancelled, and the others each work for
-20 to 50 s."""
+"""Most jobs of a run, twice as many as the profile's: 20 are cancelled, and the others each work
+for 20 to 50 s."""
 
 
 @pytest.fixture(scope="module")
