@@ -44,6 +44,9 @@ FloatArray = NDArray[np.float64]
 ZOOM = 0.2
 """Stress up to which the second panel zooms in [stress unit], as in the paper."""
 
+ROOM = 0.05
+"""Room below what is drawn, over its height."""
+
 SPEED = "length unit / time unit"
 
 
@@ -172,7 +175,7 @@ def _fit_height(axes: Axes, cell: xr.Dataset, family: Family, shown: Any) -> Non
     reach = (low["slip_velocity"] + low["slip_velocity_error"].fillna(0.0)).where(stress <= ZOOM)
     top = float(reach.max())
     if np.isfinite(top) and top > 0:
-        axes.set_ylim(-0.05 * top, 1.1 * top)
+        axes.set_ylim(-ROOM * top, (1 + 2 * ROOM) * top)
 
 
 def _draw_prefactor(
@@ -201,7 +204,9 @@ def _draw_prefactor(
     points = {family.dim: Quantity(places), name: quantity(values, columns[0])}
     points[f"{name}_error"] = quantity(error, columns[1])
     show(axes, "c", "slip coefficient", points, place(cell))
-    axes.set_ylim(bottom=min(0.0, 1.1 * float(columns[0].min())))
+    axes.axhline(0, color="0.8", linewidth=0.6, zorder=0)
+    least = min(0.0, float((columns[0] - np.nan_to_num(columns[1])).min()))
+    axes.set_ylim(bottom=least - ROOM * (axes.get_ylim()[1] - least))
     if comparable and family.dim == ROUGHNESS:
         axes.set_xlim(-0.05, max(1.05 * float(at.max()), 0.7))
         critical = paper.CRITICAL_ROUGHNESS
