@@ -44,8 +44,8 @@ FloatArray = NDArray[np.float64]
 ZOOM = 0.2
 """Stress up to which the second panel zooms in [stress unit], as in the paper."""
 
-ROOM = 0.05
-"""Room below what is drawn, over its height."""
+ROOM, WORDS_ROOM = 0.05, 0.14
+"""Room below what is drawn, and for words there, over its height."""
 
 SPEED = "length unit / time unit"
 
@@ -206,7 +206,7 @@ def _draw_prefactor(
     show(axes, "c", "slip coefficient", points, place(cell))
     axes.axhline(0, color="0.8", linewidth=0.6, zorder=0)
     least = min(0.0, float((columns[0] - np.nan_to_num(columns[1])).min()))
-    axes.set_ylim(bottom=least - ROOM * (axes.get_ylim()[1] - least))
+    axes.set_ylim(bottom=least - WORDS_ROOM * (axes.get_ylim()[1] - least))
     if comparable and family.dim == ROUGHNESS:
         axes.set_xlim(-0.05, max(1.05 * float(at.max()), 0.7))
         critical = paper.CRITICAL_ROUGHNESS
