@@ -130,14 +130,22 @@ def test_a_part_of_the_runs_is_enough(project, results, tmp_path):
     here = tmp_path / "again"
     shutil.copytree(results, here)
     next((here / "shear").glob("*.nc")).unlink()
-    assert not call(["reproduce", source(results), "--results", here])
-    assert read_dataset(here / "reproduction.nc", stage="reproduction").sizes["run"] == 1
+    compared = tmp_path / "compared.nc"
+    assert not call(["reproduce", source(results), "--results", here, "--output", compared])
+    assert read_dataset(compared, stage="reproduction").sizes["run"] == 1
 
 
-def test_a_flow_curve_from_elsewhere_is_compared(project, results):
-    given = ["--results", results, "--flow-curve", results / "flow_curve.nc"]
+def test_a_flow_curve_from_elsewhere_is_compared(project, results, tmp_path):
+    compared = tmp_path / "compared.nc"
+    given = ["--results", results, "--flow-curve", results / "flow_curve.nc", "--output", compared]
     assert not call(["reproduce", source(results), *given])
-    assert is_identical(read_dataset(results / "reproduction.nc", stage="reproduction")).all()
+    assert is_identical(read_dataset(compared, stage="reproduction")).all()
+
+
+def test_the_results_stay_as_they_are(project, results):
+    before = sorted(results.rglob("*"))
+    assert not call(["reproduce", source(results), "--results", results, "--publish"])
+    assert sorted(results.rglob("*")) == before
 
 
 def test_what_is_not_published_cannot_be_compared(project, results):

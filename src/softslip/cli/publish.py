@@ -2,6 +2,7 @@
 
 import sys
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Annotated
 
 import typer
@@ -87,8 +88,14 @@ def reproduce(
             readable=False,
         ),
     ] = None,
+    output: Annotated[
+        Path | None, typer.Option(help="Dataset to write too; none by default.", readable=False)
+    ] = None,
     publish: Annotated[
-        bool, typer.Option("--publish", help="Put the table into docs/results.md too.")
+        bool,
+        typer.Option(
+            "--publish", help="Put the dataset into results/published, its table into the docs."
+        ),
     ] = False,
 ) -> None:
     """Hold runs that were made again beside the published ones of a scenario.
@@ -119,11 +126,18 @@ def reproduce(
         parameters=loaded.as_json(),
         **Job().labels([published], fingerprint=fingerprint("gather")),
     )
-    path = folder / f"{REPRODUCTION}{DATASET}"
     title = f"{REPRODUCTION} of {loaded.name}"
-    write_dataset(labelled, path, stage=REPRODUCTION, run=loaded.name, title=title)
+
+    def write(path: Path) -> None:
+        write_dataset(labelled, path, stage=REPRODUCTION, run=loaded.name, title=title)
+
+    if output is not None:
+        write(output)
     console = Console(width=None if sys.stdout.isatty() else 200)
     console.print(Markdown(reproduction_table(labelled)))
     if publish:
-        for written in reproduction_of(loaded).write(folder):
-            print(written)
+        # Not among the scenario's own results: it was made from the published flow curve.
+        with TemporaryDirectory() as made:
+            write(Path(made) / f"{REPRODUCTION}{DATASET}")
+            for written in reproduction_of(loaded).write(Path(made)):
+                print(written)
