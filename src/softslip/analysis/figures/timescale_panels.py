@@ -132,6 +132,7 @@ def draw_times(
     low, high = 0.6 * x.min(), 1.6 * x.max()
     axes.set_xlim(low, high)
     label_decades(axes.xaxis)
+    label_decades(axes.yaxis)
     power = paper.YIELDING_EXPONENT
     if not is_comparable(cell, family):
         keep(axes, panel, "exponent", power)
