@@ -291,13 +291,11 @@ def test_an_unlucky_workflow_ends_unattended_with_the_same(
             watch.look()
             trouble.befall(watch.working)
             time.sleep(0.5)
-    except BaseException:
-        beside.kill()
-        raise
     finally:
         process.kill()
+        alone = beside.wait()
     assert process.returncode == 0, project.said
-    assert beside.wait() == 0, local.said
+    assert alone == 0, local.said
     assert trouble.is_over, f"{trouble.cancelled} jobs were cancelled"
     ends = Counter(cluster.ends())
     assert ends["CANCELLED"] == CANCELLED, ends
