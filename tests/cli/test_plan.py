@@ -205,3 +205,17 @@ def test_calibrating_writes_the_table_that_was_asked_for(
     result = CliRunner().invoke(app, ["calibrate", str(tmp_path / "table.json")])
     assert result.exit_code == 0
     assert asked == [tmp_path / "table.json"]
+
+
+def test_requests_are_compared_with_finished_runs(mixed: list[str], work: Work) -> None:
+    text = said(work, "--requests")
+    assert "time requested over time used" in text
+    (row,) = cells(text, "shear")
+    assert row[1:3] == ["costs that come with softslip", "2"]
+    (ageing, shear) = json.loads(said(work, "--requests", "--json"))["requests"]
+    assert (ageing["stage"], shear["stage"]) == ("ageing", "shear")
+    assert len(shear["ratios"]) == 2
+
+
+def test_without_finished_runs_there_is_nothing_to_compare(scenario: Scenario, work: Work) -> None:
+    assert said(work, "--requests") == "no ageing or shear of four is finished\n"

@@ -63,9 +63,15 @@ def missing() -> str:
         return f"{absent[0]} is not installed; on Debian: make slurm"
     if os.geteuid() != 0:
         return "node daemons can only be started by root"
-    if CONF.exists():
+    if CONF.exists() and not _is_left_over():
         return f"{CONF} exists: a cluster is already configured here"
     return ""
+
+
+def _is_left_over() -> bool:
+    """Tell whether what is configured is a cluster of ours, which was killed before its end."""
+    ours = CONF.read_text().startswith(CONFIGURATION.splitlines()[0])
+    return ours and "UP" not in said("scontrol", "ping")
 
 
 def said(*words: str) -> str:

@@ -209,6 +209,7 @@ rule coverage:
         f"{NUMERICS}/benchmarks/coverage.tsv"
     conda:
         f"../{ENVIRONMENT}"
+    threads: 2
     params:
         fingerprint=lambda wildcards: fingerprint("coverage"),
         study=STUDY,
@@ -216,7 +217,8 @@ rule coverage:
     message:
         "Measuring the coverage of estimates"
     shell:
-        "softslip numerics coverage --study {params.study:q} --output {output:q} &> {log:q}"
+        "softslip numerics coverage --study {params.study:q} --cores {threads} "
+        "--output {output:q} &> {log:q}"
 
 
 rule numerics_figure:

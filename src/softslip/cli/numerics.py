@@ -28,6 +28,7 @@ app = typer.Typer(
 StudyName = Annotated[
     str, typer.Option("--study", help="Name of a file in config/numerics/, without .yaml.")
 ]
+Cores = Annotated[int, typer.Option(min=1, help="Processes that share the work.")]
 Name = Annotated[str, typer.Argument(metavar="NAME", help="Which one, see the study.")]
 Data = Annotated[list[Path], typer.Argument(help="Datasets to gather.", readable=False)]
 Scene = Annotated[Path, typer.Option(help="Dataset that `numerics scene` wrote.", readable=False)]
@@ -218,12 +219,13 @@ def elements(output: Output, study: StudyName = "full") -> None:
 
 @app.command()
 @one_line_errors
-def coverage(output: Output, study: StudyName = "full") -> None:
+def coverage(output: Output, study: StudyName = "full", cores: Cores = 1) -> None:
     """Measure on made-up data how often verdicts err, and how often intervals hold the truth."""
     from softslip.studies.coverage import measure_coverage
 
     job = _job(study)
-    job.write(measure_coverage(job.study.draws, _tell), output, "coverage", "coverage")
+    measured = measure_coverage(job.study.draws, _tell, cores)
+    job.write(measured, output, "coverage", "coverage")
 
 
 @app.command()

@@ -28,6 +28,13 @@ MOST_ROWS = 50
 
 HOUR = 3600.0
 
+Requests = Annotated[
+    bool,
+    typer.Option(
+        "--requests",
+        help="Compare the time that batch jobs would request with what finished runs took.",
+    ),
+]
 Every = Annotated[bool, typer.Option("--all", help="List every run, those that are reused too.")]
 Cores = Annotated[int, typer.Option(min=1, help="Cores that the wall time is estimated for.")]
 Against = Annotated[
@@ -48,6 +55,7 @@ def plan(
     against: Against = None,
     cores: Cores = 2,
     every: Every = False,
+    requests: Requests = False,
 ) -> None:
     """Say what snakemake would run for a scenario, what it would reuse, and what that takes.
 
@@ -62,6 +70,9 @@ def plan(
         other = None if against is None else load_scenario(against)
         folder = results or Path("results") / loaded.name
         refuse_other_file(loaded, folder)
+        if requests:
+            _tell_requests(loaded, folder, as_json)
+            return
         made = make_plan(loaded, folder, other)
     if as_json:
         print(json.dumps(_as_mapping(loaded, folder, made, other, cores)))
@@ -85,6 +96,33 @@ def calibrate(table: Table_) -> None:
 
 def _print_error(sentence: str) -> None:
     print(sentence, file=sys.stderr, flush=True)
+
+
+def _tell_requests(scenario: Scenario, folder: Path, as_json: bool) -> None:
+    """Print how the time that jobs request fits what finished runs took."""
+    from softslip.operations.job_requests import SLACK
+    from softslip.operations.request_fit import request_fits
+
+    fits = request_fits(scenario, folder)
+    if as_json:
+        rows = [
+            {"stage": fit.stage, "estimate": fit.estimate, "ratios": list(fit.ratios)}
+            for fit in fits
+        ]
+        print(json.dumps({"scenario": scenario.name, "requests": rows}))
+        return
+    if not fits:
+        print(f"no ageing or shear of {scenario.name} is finished")
+        return
+    table = Table("stage", "estimate from", title="time requested over time used")
+    heads = ("runs", "least 5 %", "median", "most 5 %", f"within {SLACK:g}", "sufficient")
+    for head in heads:
+        table.add_column(head, justify="right")
+    for fit in fits:
+        ratios = [f"{fit.quantile(share):.2f}" for share in (0.05, 0.5, 0.95)]
+        shares = [f"{100 * share:.0f} %" for share in (fit.within, fit.sufficient)]
+        table.add_row(fit.stage, fit.estimate, str(len(fit.ratios)), *ratios, *shares)
+    Console(width=None if sys.stdout.isatty() else 160).print(table, crop=False)
 
 
 def _summary(made: "Plan") -> Table:

@@ -99,7 +99,10 @@ def make_plan(
         others = {stage: frozenset(against.stage_table(stage)) for stage in STAGES}
     costs, planned, stages = costs or shipped(), list[PlannedRun](), dict[str, StagePlan]()
     ranks = priorities(scenario)
-    corrected = _corrections(costs, tables, datasets)
+    corrected = {
+        stage: costs.correction(stage, _finished(stage, table, datasets))
+        for stage, table in tables.items()
+    }
     for stage, table in tables.items():
         own = []
         for run in (each for each in status.runs if each.stage == stage):
@@ -137,18 +140,27 @@ def corrections(
     DatasetError
         When a folder of results cannot be read.
     """
+    model = costs or shipped()
+    finished = finished_runs(scenario, results)
+    return {stage: model.correction(stage, runs) for stage, runs in finished.items()}
+
+
+def finished_runs(scenario: Scenario, results: Path) -> dict[str, list[Measured]]:
+    """Return by stage the finished runs of a scenario that correct estimates, and what they took.
+
+    Parameters
+    ----------
+    scenario, results
+        As of `make_plan`.
+
+    Raises
+    ------
+    DatasetError
+        When a folder of results cannot be read.
+    """
     tables = {stage: scenario.stage_table(stage) for stage in STAGES}
     datasets = _datasets(scenario_status(scenario, results), tables)
-    return _corrections(costs or shipped(), tables, datasets)
-
-
-def _corrections(
-    costs: Costs, tables: Tables, datasets: Mapping[Key | None, _Dataset]
-) -> dict[str, Correction]:
-    return {
-        stage: costs.correction(stage, _finished(stage, table, datasets))
-        for stage, table in tables.items()
-    }
+    return {stage: _finished(stage, table, datasets) for stage, table in tables.items()}
 
 
 def _datasets(status: ScenarioStatus, tables: Tables) -> dict[Key | None, _Dataset]:

@@ -1,6 +1,7 @@
 """Verdicts err, and intervals hold the truth, as often as they claim: few draws here, many slow."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +10,8 @@ import xarray as xr
 from softslip.analysis.fits import FITTED
 from softslip.analysis.observables.correlation import MeanEstimate
 from softslip.analysis.observables.verdicts import DRIFTING
+from softslip.files.storage import read_dataset
+from softslip.studies.coverage.claims import claims
 from softslip.studies.coverage.coverage_markdown import coverage_tables
 from softslip.studies.coverage.made_up_curves import CURVES
 from softslip.studies.coverage.made_up_runs import RUNS
@@ -23,6 +26,18 @@ CLAIMED = (0.68, 0.95)
 
 FEW, MANY = 80, 500
 
+DIMS = ("series", "measurement", "estimate")
+
+PUBLISHED = Path(__file__).parents[3] / "results" / "published" / "numerics" / "coverage.nc"
+
+APART = {
+    # Dips of the noise in the creep before are taken for the minimum.
+    ("noisy flow", "yielding_time"),
+    # Those that are found have the error of a minimum that is cut off by the end of the run.
+    ("late yielding", "yielding_time"),
+}
+"""Kinds of runs, and what of them the document says to be further off than it should."""
+
 
 def off(tally):
     """By how much the coverage differs from what is claimed, beyond three errors of its own."""
@@ -33,8 +48,13 @@ def off(tally):
 
 
 @pytest.fixture(scope="module")
-def small():
-    return measure_coverage(1)
+def told():
+    return []
+
+
+@pytest.fixture(scope="module")
+def small(told):
+    return measure_coverage(1, told.append)
 
 
 @pytest.mark.parametrize("kind", ["stationary", "zero", "negative", "relaxing", "yielding"])
@@ -195,21 +215,33 @@ def test_every_kind_is_in_the_tables(small):
     assert np.allclose(small["favoured_share"].sum("favoured"), 1.0)
 
 
-def test_the_same_draws_give_the_same_numbers(small):
-    again = measure_coverage(1)
+def test_more_processes_give_the_same_numbers(small):
+    again = measure_coverage(1, processes=2)
     xr.testing.assert_identical(again, small)
 
 
-@pytest.mark.slow
-def test_all_intervals_hold_the_truth_within_five_points():
-    found = measure_coverage(MANY)
-    for coverage, intervals in (
-        (found["series_coverage"], found["series_intervals"]),
-        (found["estimate_coverage"], found["estimate_intervals"]),
-        (found["measurement_coverage"], found["measurement_intervals"]),
-    ):
-        known = intervals.values >= MANY / 5
-        for number, claimed in enumerate(CLAIMED):
-            apart = np.abs(coverage.values[known, number] - claimed)
-            doubt = 2 * np.sqrt(claimed * (1 - claimed) / intervals.values[known])
-            assert (apart < 0.05 + doubt).all(), apart.max()
+def test_each_kind_is_told_once(small, told):
+    assert {kind.words for kind in (*RUNS.values(), *CURVES.values())} < set(told)
+    assert len(told) == len(set(told))
+
+
+def test_a_claim_that_is_not_kept_is_in_a_table_of_its_own(small):
+    few = small.isel(series=slice(0, 1), estimate=slice(0, 1), measurement=slice(0, 1))
+    kept = few.assign(
+        {f"{dim}_coverage": few[f"{dim}_coverage"] * 0 + CLAIMED for dim in DIMS}
+        | {f"{dim}_intervals": few[f"{dim}_intervals"] * 0 + MANY for dim in DIMS}
+    )
+    first = coverage_tables(kept).split("\n\n")[0]
+    assert first.endswith("those of 0 hold more or less often than they claim by over 5 points.")
+    broken = kept.assign(estimate_coverage=kept["estimate_coverage"] * 0 + (0.62, 0.95))
+    _, table, *_ = coverage_tables(broken).split("\n\n")
+    assert table.endswith("| 500 | 62 % | 95 % |")
+    assert len(table.splitlines()) == 3
+
+
+def test_all_published_intervals_hold_the_truth_within_five_points():
+    for claim in claims(read_dataset(PUBLISHED, stage="coverage")):
+        doubt = 3 * np.sqrt(np.multiply(CLAIMED, np.subtract(1, CLAIMED)) / claim.intervals)
+        apart = np.abs(np.subtract(claim.shares, CLAIMED))
+        expected = (claim.kind, claim.estimate) in APART
+        assert expected or (apart < 0.05 + doubt).all(), claim

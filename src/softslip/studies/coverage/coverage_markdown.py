@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from softslip.analysis.fits.slip import CONCLUSIVE
+from softslip.studies.coverage.claims import CLOSE, FEWEST_INTERVALS, claims
 from softslip.studies.coverage.made_up_curves import CURVES, CurveKind
 from softslip.studies.coverage.made_up_runs import (
     DURATION,
@@ -20,9 +21,6 @@ from softslip.studies.markdown import LEFT, RIGHT, markdown_table
 OFF = "*Median off by*: how far the median of the estimates is from a truth that is not zero. "
 """What the column says."""
 
-FEWEST_INTERVALS = 30
-"""Intervals from which a share of them is told."""
-
 
 def coverage_tables(coverage: xr.Dataset) -> str:
     """Return how often verdicts err, and how often intervals hold the truth: a table a part.
@@ -32,13 +30,26 @@ def coverage_tables(coverage: xr.Dataset) -> str:
     coverage
         From `studies.coverage.measure_coverage`.
     """
-    parts = {
-        "series": _series,
-        "measurement": _measurements,
-        "estimate": _estimates,
-        "slip_kind": _evidence,
-    }
-    return "\n\n".join(table(coverage) for dim, table in parts.items() if dim in coverage.sizes)
+    tables = (_apart, _series, _measurements, _estimates, _evidence)
+    return "\n\n".join(table(coverage) for table in tables)
+
+
+def _apart(coverage: xr.Dataset) -> str:
+    """Return a table of the estimates that claim too much or too little."""
+    claimed = coverage["confidence"].values
+    told = list(claims(coverage))
+    apart = [claim for claim in told if claim.is_apart(claimed)]
+    rows = [
+        [claim.words, f"`{claim.estimate}`", f"{claim.intervals}", *map(_percent, claim.shares)]
+        for claim in apart
+    ]
+    header = ["Data", "Estimate", "Intervals", *_heads(coverage)]
+    intro = (
+        f"Of {len(told)} estimates with {FEWEST_INTERVALS} intervals and more, those of "
+        f"{len(apart)} hold more or less often than they claim by over {100 * CLOSE:.0f} points"
+    )
+    table = markdown_table(header, rows, [LEFT, LEFT] + [RIGHT] * 3)
+    return f"{intro}:\n\n{table}" if apart else f"{intro}."
 
 
 def _percent(share: float, count: float = np.inf) -> str:
@@ -110,7 +121,7 @@ def _measurements(coverage: xr.Dataset) -> str:
         coverage, "measurement", columns, RUNS, ["Run", "Observable", "Truth", "Known"]
     )
     return (
-        f"{coverage.attrs['runs']} runs of each kind, of {DURATION:g} time units. Where nothing "
+        f"{coverage.attrs['draws']} runs of each kind, of {DURATION:g} time units. Where nothing "
         f"else is said, the bulk creeps until it flows at {TYPICAL_RATE:g}, slip is "
         f"{TYPICAL_SLIP:g}, and noise 10 % with a memory of 5. Noise is relative, and its "
         "correlation decays by e within its memory [time units]. "

@@ -206,10 +206,14 @@ def _judged(curve: xr.Dataset, creeps: xr.DataArray) -> xr.Dataset:
 CURVES: Mapping[str, CurveKind] = {
     "paper": CurveKind("Herschel–Bulkley with slip, three seeds", roughnesses=ROUGHNESSES),
     "one seed": CurveKind(
-        "the same, one seed with a known error", seeds=1, roughnesses=ROUGHNESSES
+        "Herschel–Bulkley with slip, one seed with a known error", seeds=1, roughnesses=ROUGHNESSES
     ),
-    "five seeds": CurveKind("the same, five seeds that scatter by 20 %", seeds=5, scatter=0.2),
-    "imposed rate": CurveKind("the same at imposed rate", imposed_rate=True, scatter=0.03),
+    "five seeds": CurveKind(
+        "Herschel–Bulkley with slip, five seeds that scatter by 20 %", seeds=5, scatter=0.2
+    ),
+    "imposed rate": CurveKind(
+        "Herschel–Bulkley with slip at imposed rate", imposed_rate=True, scatter=0.03
+    ),
     "no yield stress": CurveKind("power-law fluid, σ_y = 0", yield_stress=0.0),
     "no slip": CurveKind(
         "Herschel–Bulkley without slip",

@@ -226,8 +226,10 @@ def _with_profiles(run: xr.Dataset, random: Generator) -> xr.Dataset:
 
 RUNS: Mapping[str, RunKind] = {
     "flow": RunKind("yields, flows and slips; noise 10 %, memory 5"),
-    "noisy flow": RunKind("the same; noise 30 %, memory 20", noise=0.3, memory=20.0),
-    "imposed rate": RunKind("the same at imposed rate; noise 10 %, memory 5", imposed_rate=True),
+    "noisy flow": RunKind("yields, flows and slips; noise 30 %, memory 20", noise=0.3, memory=20.0),
+    "imposed rate": RunKind(
+        "yields, flows and slips at imposed rate; noise 10 %, memory 5", imposed_rate=True
+    ),
     "no slip": RunKind("yields and flows without slip", slip=0.0),
     "negative slip": RunKind("yields and flows with negative slip", slip=-TYPICAL_SLIP),
     "from the start": RunKind(

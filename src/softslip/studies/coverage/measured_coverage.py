@@ -1,7 +1,9 @@
 """Coverage of every estimator, measured on data made up from known truths."""
 
-from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from multiprocessing import get_context
+from typing import Any, TypeVar
 
 import xarray as xr
 
@@ -19,21 +21,24 @@ from softslip.studies.coverage.tallies import Tally
 
 Tell = Callable[[str], None]
 
+Measured = TypeVar("Measured")
+
 PURE = {"units": "1"}
 
-RUNS_PER_DRAW = 0.4
-"""Runs of each kind for each series or flow curve: a run takes longest."""
+Tallies = Mapping[str, Tally]
 
 
-def measure_coverage(draws: int, tell: Tell = lambda line: None) -> xr.Dataset:
+def measure_coverage(draws: int, tell: Tell = lambda line: None, processes: int = 1) -> xr.Dataset:
     """Measure how often verdicts err, and how often intervals hold the truth.
 
     Parameters
     ----------
     draws
-        Of each kind of series and flow curve; of each kind of run there are four for ten of these.
+        Of each kind of series, flow curve and run.
     tell
-        Is told of each kind before it begins.
+        Is told of each kind when it has been measured.
+    processes
+        That share the kinds among them; what comes out does not depend on their number.
 
     Returns
     -------
@@ -48,13 +53,48 @@ def measure_coverage(draws: int, tell: Tell = lambda line: None) -> xr.Dataset:
         ``measurement``: ``run_kind``, ``observable``, ``observable_truth``, ``known_share``,
         ``measurement_coverage``, ``measurement_intervals`` and ``measurement_difference``.
     """
-    runs = max(round(RUNS_PER_DRAW * draws), 1)
-    parts = (_series(draws, tell), *_curves(draws, tell), _runs(runs, tell))
+    series = list(conditions())
+    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+        # What takes longest goes first, so that the processes end at about the same time.
+        of_runs = [
+            _begin(pool, tell, kind.words, run_tallies, kind, draws, key)
+            for key, kind in enumerate(RUNS.values())
+        ]
+        of_curves = [
+            _begin(pool, tell, kind.words, curve_tallies, kind, draws, key)
+            for key, kind in enumerate(CURVES.values())
+        ]
+        of_series = [
+            _begin(pool, tell, _words(*each), series_tally, *each, draws, key)
+            for key, each in enumerate(series)
+        ]
+        try:
+            parts = (
+                _series(series, [each.result() for each in of_series]),
+                *_curves(each.result() for each in of_curves),
+                _runs(each.result() for each in of_runs),
+            )
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
     coords = {
         "confidence": ("confidence", list(CONFIDENCE), PURE | {"long_name": "confidence"}),
     }
     together = xr.merge(parts, join="exact", compat="no_conflicts")
-    return together.assign_coords(coords).assign_attrs(draws=draws, runs=runs, records=RECORDS)
+    return together.assign_coords(coords).assign_attrs(draws=draws, records=RECORDS)
+
+
+def _begin(
+    pool: Executor, tell: Tell, words: str, measure: Callable[..., Measured], *of: Any
+) -> Future[Measured]:
+    """Measure a kind of data in another process; tell its words at the end."""
+    future = pool.submit(measure, *of)
+    future.add_done_callback(lambda _: tell(words))
+    return future
+
+
+def _words(kind: str, noise: float, memory: float) -> str:
+    return f"{kind}, noise {noise:g}, memory {memory:g}"
 
 
 Column = tuple[Any, Sequence[Any], dict[str, str]]
@@ -83,12 +123,8 @@ def _shares(dim: str, name: str, tallies: Iterable[Tally], words: str) -> dict[s
     }
 
 
-def _series(draws: int, tell: Tell) -> xr.Dataset:
-    rows = []
-    for number, (kind, noise, memory) in enumerate(conditions()):
-        tell(f"{kind}, noise {noise:g}, memory {memory:g}")
-        rows.append((kind, noise, memory, series_tally(kind, noise, memory, draws, number)))
-    kinds, noises, memories, tallies = (list(column) for column in zip(*rows, strict=True))
+def _series(series: Iterable[tuple[str, float, float]], tallies: Sequence[Tally]) -> xr.Dataset:
+    kinds, noises, memories = (list(column) for column in zip(*series, strict=True))
     share = PURE | {"long_name": "share of series with a verdict"}
     return xr.Dataset(
         {
@@ -106,12 +142,11 @@ def _series(draws: int, tell: Tell) -> xr.Dataset:
     )
 
 
-def _curves(draws: int, tell: Tell) -> tuple[xr.Dataset, xr.Dataset]:
+def _curves(measured: Iterable[Tallies]) -> tuple[xr.Dataset, xr.Dataset]:
     """Return the coverage of what is fitted, and what the evidence for linear slip favours."""
     rows, evidence = [], []
-    for number, (name, kind) in enumerate(CURVES.items()):
-        tell(kind.words)
-        for parameter, tally in curve_tallies(kind, draws, number).items():
+    for (name, kind), found in zip(CURVES.items(), measured, strict=True):
+        for parameter, tally in found.items():
             if parameter == EVIDENCE:
                 evidence.append((name, kind.truths["slip_exponent"], tally))
             else:
@@ -146,11 +181,10 @@ def _curves(draws: int, tell: Tell) -> tuple[xr.Dataset, xr.Dataset]:
     )
 
 
-def _runs(draws: int, tell: Tell) -> xr.Dataset:
+def _runs(measured: Iterable[Tallies]) -> xr.Dataset:
     rows = []
-    for number, (name, kind) in enumerate(RUNS.items()):
-        tell(kind.words)
-        for observable, tally in run_tallies(kind, draws, number).items():
+    for (name, kind), found in zip(RUNS.items(), measured, strict=True):
+        for observable, tally in found.items():
             rows.append((name, observable, kind.truths[observable], tally))
     runs, observables, truths, tallies = (list(column) for column in zip(*rows, strict=True))
     known = PURE | {"long_name": "share of runs of which it is said to be known"}
