@@ -37,6 +37,13 @@ def test_the_files_are_those_of_the_checkout_but_for_the_environment(tmp_path: P
         assert name in written
 
 
+def test_what_can_be_run_can_be_run_from_there(tmp_path: Path) -> None:
+    write_project(tmp_path / "mine")
+    files = [path for path in (tmp_path / "mine").rglob("*") if path.is_file()]
+    scripts = [path.name for path in files if path.stat().st_mode & 0o111]
+    assert scripts == ["sacct"]
+
+
 def test_the_environment_of_the_rules_is_this_release_alone(tmp_path: Path) -> None:
     environment = YAML(typ="safe", pure=True).load(project_files()[ENVIRONMENT])
     asked = YAML(typ="safe", pure=True).load((ROOT / ENVIRONMENT).read_bytes())

@@ -25,6 +25,9 @@ MANUAL = "config/README.md"
 
 _LINK = re.compile(rb"\[([^\]]+)\]\(\.\./[^)]*\)")
 
+SCRIPT = b"#!"
+"""What a file begins with that can be run."""
+
 MOST_NAMED = 3
 """Files that an error names."""
 
@@ -65,6 +68,8 @@ def write_project(folder: Path) -> int:
         if not (folder / name).exists():
             with replacing(folder / name) as temporary:
                 temporary.write_bytes(content)
+                if content.startswith(SCRIPT):
+                    temporary.chmod(temporary.stat().st_mode | 0o111)
     return len(files)
 
 
