@@ -138,10 +138,23 @@ def test_a_command_works_as_it_is_printed(demo: Path, command: str) -> None:
     words = put_in(command)
     if words[0] == "snakemake":
         words[1:1] = ["--dry-run"] if LONG.search(command) else []
-        words[1:1] = [] if "--cores" in words else ["--cores", "1"]
     refused = [reason for start, reason in TOO_SMALL.items() if command.startswith(start)]
     said = said_by(words, demo, 1 if refused else 0)
     assert all(reason in said for reason in refused)
+
+
+def test_python_works_as_the_readme_prints_it(demo: Path) -> None:
+    blocks = [each.content for each in tokens_of(ROOT / "README.md") if each.info == "python"]
+    assert blocks
+    said = subprocess.run(
+        [sys.executable, "-c", "\n".join(blocks)],
+        cwd=demo,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "MPLBACKEND": "agg"},
+        check=False,
+    )
+    assert said.returncode == 0, said.stderr
 
 
 @pytest.mark.parametrize(

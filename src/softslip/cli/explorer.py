@@ -74,7 +74,7 @@ def _runs(scenario: Scenario, folder: Path, tables: list[xr.Dataset]) -> Iterato
         if other != parents[0]:
             raise DatasetError(
                 f"{file_text(folder / name)}: was made from other "
-                f"runs than {tables[0].attrs['stage']}{DATASET}; rerun: snakemake explorer"
+                f"runs than {tables[0].attrs['stage']}{DATASET}; rerun: snakemake --cores 2 explorer"
             )
     digests = {str(each["run"]): str(each[CONTENT_DIGEST]) for each in parents[0]}
     order = priorities(scenario)["shear"]
@@ -84,7 +84,7 @@ def _runs(scenario: Scenario, folder: Path, tables: list[xr.Dataset]) -> Iterato
         if read.attrs[CONTENT_DIGEST] != digests[run]:
             raise DatasetError(
                 f"{file_text(path)}: is not the run that {tables[0].attrs['stage']}{DATASET} was "
-                "made from; rerun: snakemake explorer"
+                "made from; rerun: snakemake --cores 2 explorer"
             )
         yield read
 

@@ -75,7 +75,7 @@ NUMERICS = Publication(
         *(f"{name}.png" for name in FIGURES),
         "validation/*.nc",
     ),
-    made_by="finish the study with snakemake numerics",
+    made_by="finish the study with snakemake --cores 2 numerics",
     blocks=blocks_of,
     others=_choices,
 )
