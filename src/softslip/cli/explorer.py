@@ -74,7 +74,8 @@ def _runs(scenario: Scenario, folder: Path, tables: list[xr.Dataset]) -> Iterato
         if other != parents[0]:
             raise DatasetError(
                 f"{file_text(folder / name)}: was made from other "
-                f"runs than {tables[0].attrs['stage']}{DATASET}; rerun: snakemake --cores 2 explorer"
+                f"runs than {tables[0].attrs['stage']}{DATASET}; "
+                "rerun: snakemake --cores 2 explorer"
             )
     digests = {str(each["run"]): str(each[CONTENT_DIGEST]) for each in parents[0]}
     order = priorities(scenario)["shear"]
