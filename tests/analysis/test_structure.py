@@ -12,6 +12,7 @@ from synthetic import HEIGHT, LENGTH, RADIUS, shear_run, sweep
 from softslip.analysis.figures import draw
 from softslip.analysis.figures.shown import shown
 from softslip.analysis.observables.contours import contours, film_thickness, shapes
+from softslip.analysis.observables.series import parameters_of
 from softslip.analysis.observables.structure import cooperativity_length, structure
 from softslip.errors import DatasetError
 from softslip.files.dataset_check import check_dataset
@@ -62,13 +63,19 @@ def test_the_film_along_a_wall_is_that_of_the_shapes_themselves(shift, gap, corn
     ]
     both = shapely.union_all(images)
     exact = np.array([shapely.Point(point).distance(both) for point in wall])
-    found = film_thickness(wall, particles, 1.0)
+    found, nearest = film_thickness(wall, particles, 1.0)
     # The nearest corner is an end of the nearest side where corners are closer than the film.
     assert np.all(found >= exact - 1e-12)
     side = max(np.linalg.norm(np.diff(each, axis=0), axis=1).max() for each in particles)
     assert found == pytest.approx(exact, abs=max(side**2 / (8 * gap), 1e-9) + 0.1 * side)
     if corners >= 30:
         assert found == pytest.approx(exact, abs=0.01)
+        parts = [shapely.union_all(images[start : start + 17]) for start in (0, 17)]
+        apart = np.array(
+            [[shapely.Point(point).distance(each) for each in parts] for point in wall]
+        )
+        clear = np.abs(apart[:, 0] - apart[:, 1]) > 0.02
+        assert (nearest[clear] == apart.argmin(axis=1)[clear]).all()
 
 
 def test_cooperativity_is_found_to_its_error():
@@ -151,6 +158,41 @@ def test_stretched_particles_are_seen_at_their_distance():
     assert float(near["orientation"]) == pytest.approx(np.degrees(0.6), abs=0.3)
     far = found["deformation"].sel(particle_distance=slice(2.0, None)).values
     assert far[np.isfinite(far)] == pytest.approx(0, abs=2e-3)
+
+
+def test_the_first_layer_has_the_gaps_of_its_circles():
+    run = shear_run(0.3, snapshots=LATE)
+    nodes, wanted = run["node_position"].values, []
+    for number in range(len(LATE)):
+        particles, walls = contours(run, number)
+        centroids, _ = shapes(particles)
+        circles = [
+            ellipse(0.9 * RADIUS, 0.9 * RADIUS, 0.0, centre, len(each))
+            for centre, each in zip(centroids, particles, strict=True)
+        ]
+        nodes[number] = np.concatenate([*circles, *walls])
+        gaps = []
+        for wall in walls:
+            images = [
+                shapely.linearrings([each + np.array([period * LENGTH, 0.0]) for each in circles])
+                for period in (-1, 0, 1)
+            ]
+            points = shapely.points(wall)[:, None]
+            film = np.min([shapely.distance(points, each) for each in images], axis=0)
+            gaps += [film[:, each].min() for each in np.unique(film.argmin(axis=1))]
+        wanted.append(np.mean(gaps))
+    run["node_position"].values = nodes
+    gap = float(single(run)["first_layer_gap"]) * parameters_of(run).steric.length
+    assert gap == pytest.approx(np.mean(wanted), rel=0.02)
+
+
+def test_particles_carry_what_the_solvent_does_not():
+    run = shear_run(0.3, noise=0.0, snapshots=LATE)
+    found = single(run)
+    viscosity = parameters_of(run).solvent.viscosity
+    carried = 0.3 * (1 - viscosity * found["fluidity"].values)
+    assert found["particle_stress"].values == pytest.approx(carried, rel=1e-9, nan_ok=True)
+    assert np.isfinite(carried).sum() > 10
 
 
 def test_fluidity_is_the_local_slope_over_the_stress():

@@ -122,6 +122,16 @@ QUANTITIES: Mapping[str, DatasetQuantity] = {
         ("orientation", "degree", "angle of particles' long axis to the flow"),
         ("fluidity", "1 / time unit / stress unit", "local shear rate over the shear stress"),
         ("wall_film", "1", "distance from a wall to the nearest membrane over their repulsion's"),
+        (
+            "particle_stress",
+            "stress unit",
+            "local shear stress less the solvent's: that carried by particles",
+        ),
+        (
+            "first_layer_gap",
+            "1",
+            "distance of the first layer's particles from the wall over their repulsion's",
+        ),
         ("correlation_length", "1", "extent of the flow's fluctuations over the mean radius"),
         (
             "cooperativity_length",

@@ -71,7 +71,7 @@ def powers(
 ) -> xr.Dataset:
     """Fit powers of the stress, of each roughness and pooled over it (Figs. 6d and 8d-e).
 
-    δ_het ∝ σ^q at all stresses, and τ_y, τ_s ∝ (σ − σ_y)^q at those above yield by two errors of
+    δ_het ∝ σ^q where the bulk is steady, and τ_y, τ_s ∝ (σ − σ_y)^q above yield by two errors of
     σ_y, by maximum likelihood with the errors of each value (at least 1 %). Runs whose time or
     heterogeneity is not known are left out, as are times without an error.
 
@@ -87,6 +87,9 @@ def powers(
     parts = []
     for name, parameter in EXPONENTS.items():
         known = curve.assign(known_value=curve[name].notnull())
+        if name == "heterogeneity":
+            # Of creep that goes on, it is no property of a flow at that stress.
+            known["known_value"] &= curve["steady_bulk"]
         fit = partial(_fit_cell, offsets, name)
         for prefix, pooled in (("", DRIVES), ("pooled_", (*DRIVES, "roughness"))):
             if not (prefix and name == "slip_time"):

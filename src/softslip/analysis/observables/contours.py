@@ -4,9 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from softslip.analysis.observables.series import FloatArray
+
+IntArray = NDArray[np.int64]
 
 
 def contours(run: xr.Dataset, snapshot: int) -> tuple[list[FloatArray], list[FloatArray]]:
@@ -67,8 +70,10 @@ def _stretch(moments: FloatArray) -> FloatArray:
     return np.asarray((long - short) / (long + short) * np.array([x * x - y * y, 2 * x * y]))
 
 
-def film_thickness(wall: FloatArray, particles: Sequence[FloatArray], length: float) -> FloatArray:
-    """Return the distance of each node of a wall to the nearest membrane.
+def film_thickness(
+    wall: FloatArray, particles: Sequence[FloatArray], length: float
+) -> tuple[FloatArray, IntArray]:
+    """Return the distance of each node of a wall to the nearest membrane, and which that is.
 
     Parameters
     ----------
@@ -81,8 +86,9 @@ def film_thickness(wall: FloatArray, particles: Sequence[FloatArray], length: fl
 
     Returns
     -------
-    numpy.ndarray
-        Distances to the polygons' sides that meet in the nearest node, shape (nodes,).
+    tuple of numpy.ndarray
+        Distances to the polygons' sides that meet in the nearest node, and the number of the
+        particle, both of shape (nodes,).
     """
     corners = np.concatenate(particles)
     before = np.concatenate([np.roll(each, 1, axis=0) for each in particles])
@@ -100,7 +106,8 @@ def film_thickness(wall: FloatArray, particles: Sequence[FloatArray], length: fl
     shift = np.round((wall[:, 0] - corners[nearest, 0]) / length) * length
     point = wall - np.column_stack((shift, np.zeros(len(wall))))
     ends = (before[nearest], after[nearest])
-    return np.minimum(*(_to_side(point, corners[nearest], end) for end in ends))
+    film = np.minimum(*(_to_side(point, corners[nearest], end) for end in ends))
+    return film, np.repeat(np.arange(len(particles)), [len(each) for each in particles])[nearest]
 
 
 def _to_side(point: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:

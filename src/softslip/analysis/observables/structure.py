@@ -54,9 +54,12 @@ def structure(runs: Runs) -> xr.Dataset:
         Along ``particle_distance`` [mean radius], the middles of bins of centroids:
         ``deformation`` (of the mean stretch, see `contours.shapes`) and ``orientation`` (of its
         long axis to the flow). Along ``distance_from_wall`` [mean radius], narrower bins:
-        ``fluidity`` (local shear rate over stress). Along ``quantile``: ``wall_film`` [range of
-        the repulsion]. One number a run: ``cooperativity_length``, ``correlation_length`` [mean
-        radius], ``structure_snapshots``. Each with ``_error``: the standard error over snapshots
+        ``fluidity`` (local shear rate over stress) and ``particle_stress`` (the stress that
+        particles carry, by the balance of forces across the channel) [stress unit]. Along
+        ``quantile``: ``wall_film`` [range of the repulsion]. One number a run:
+        ``first_layer_gap`` [range of the repulsion], whose growth with the stress is the lift of
+        the first layer, ``cooperativity_length``, ``correlation_length`` [mean radius],
+        ``structure_snapshots``. Each with ``_error``: the standard error over snapshots
         or profiles, that of the fit for the cooperativity length. NaN where there is nothing.
     """
     pairs = [(labels, run) for labels, run in runs]
@@ -82,11 +85,12 @@ def _structure_of(run: xr.Dataset, edges: FloatArray, wide: FloatArray) -> xr.Da
     stretch = _over(
         [_stretch_profile(run, place, wide) for place in chosen], (len(wide) - 1, 2), weights
     )
-    films = _over([_films(run, place) for place in chosen], (len(QUANTILES),), weights)
+    films = _over([_films(run, place) for place in chosen], (len(QUANTILES) + 1,), weights)
     bulk = chosen if given.recording.bulk_margin is not None else []
     lengths = _over([np.array(_correlation_length(run, place)) for place in bulk], (), weights)
     profiles = _fluidity_profiles(run, edges, start)
-    fluidity = _over(profiles, (len(edges) - 1,), np.ones(len(profiles)))
+    flow = _over(profiles, (len(edges) - 1, 2), np.ones(len(profiles)))
+    fluidity, carried = ([each[:, column] for each in flow] for column in (0, 1))
     middles, centroids = (0.5 * (ends[1:] + ends[:-1]) for ends in (edges, wide))
     cooperativity = cooperativity_length(middles, *fluidity)
     (mean, error), along = stretch, ("particle_distance",)
@@ -105,8 +109,12 @@ def _structure_of(run: xr.Dataset, edges: FloatArray, wide: FloatArray) -> xr.Da
                 "orientation_error": (along, turn),
                 "fluidity": (("distance_from_wall",), fluidity[0]),
                 "fluidity_error": (("distance_from_wall",), fluidity[1]),
-                "wall_film": (("quantile",), films[0]),
-                "wall_film_error": (("quantile",), films[1]),
+                "particle_stress": (("distance_from_wall",), carried[0]),
+                "particle_stress_error": (("distance_from_wall",), carried[1]),
+                "wall_film": (("quantile",), films[0][:-1]),
+                "wall_film_error": (("quantile",), films[1][:-1]),
+                "first_layer_gap": float(films[0][-1]),
+                "first_layer_gap_error": float(films[1][-1]),
                 "correlation_length": float(lengths[0]),
                 "correlation_length_error": float(lengths[1]),
                 "cooperativity_length": cooperativity[0],
@@ -158,13 +166,19 @@ def _stretch_profile(run: xr.Dataset, snapshot: int, edges: FloatArray) -> Float
 
 
 def _films(run: xr.Dataset, snapshot: int) -> FloatArray:
-    """Return quantiles of the thickness of both walls' films over the range of the repulsion."""
+    """Return quantiles of the thickness of both walls' films over the range of the repulsion.
+
+    And at the end, the mean over the particles of the first layers, which are nearest to some part
+    of a wall, of the least distance of each from it.
+    """
     given = parameters_of(run)
     particles, walls = contours(run, snapshot)
     if not particles:
-        return np.full(len(QUANTILES), np.nan)
-    films = [film_thickness(wall, particles, given.channel.length) for wall in walls]
-    return np.asarray(np.quantile(np.concatenate(films), QUANTILES) / given.steric.length)
+        return np.full(len(QUANTILES) + 1, np.nan)
+    found = [film_thickness(wall, particles, given.channel.length) for wall in walls]
+    films = np.concatenate([film for film, _ in found])
+    gaps = [film[nearest == each].min() for film, nearest in found for each in np.unique(nearest)]
+    return np.append(np.quantile(films, QUANTILES), np.mean(gaps)) / given.steric.length
 
 
 def _correlation_length(run: xr.Dataset, snapshot: int) -> float:
@@ -192,7 +206,11 @@ def _correlation_length(run: xr.Dataset, snapshot: int) -> float:
 
 
 def _fluidity_profiles(run: xr.Dataset, edges: FloatArray, start: float) -> list[FloatArray]:
-    """Return local shear rate over stress by distance from the nearer wall, one for a profile."""
+    """Return fluidity and particles' stress by distance from the nearer wall, one for a profile.
+
+    Without inertia the shear stress is the same all across the channel: what the solvent does not
+    carry of it, η times the local shear rate, particles do. Shape of each (bins, 2).
+    """
     given = parameters_of(run)
     chosen, times = profiles_from(run, start)
     height = np.asarray(run["wall_distance"].values, dtype=np.float64)
@@ -205,7 +223,9 @@ def _fluidity_profiles(run: xr.Dataset, edges: FloatArray, start: float) -> list
         rate = np.diff(velocity[number]) / np.diff(height)
         middle = 0.5 * (height[1:] + height[:-1])
         distance = np.minimum(middle, given.channel.height - middle) / radius
-        found.append(_bin_means(distance, rate, edges) / stress)
+        local = _bin_means(distance, rate, edges)
+        carried = stress - given.solvent.viscosity * local
+        found.append(np.column_stack((local / stress, carried)))
     return found
 
 
