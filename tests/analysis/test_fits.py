@@ -345,6 +345,18 @@ def test_powers_of_the_stress_are_found():
         assert (found[f"{name}_message"] == FITTED).all()
 
 
+def test_heterogeneity_of_a_bulk_that_creeps_enters_no_power():
+    curve = made_up(seed=7)
+    flowing = int(curve["steady_bulk"].sum())
+    spoiled = curve.copy(deep=True)
+    spoiled["heterogeneity"] = curve["heterogeneity"].where(curve["steady_bulk"], 10.0)
+    names = [name for name in fit_laws(curve) if "heterogeneity" in str(name)]
+    before, after = fit_laws(curve)[names], fit_laws(spoiled)[names]
+    xr.testing.assert_identical(after, before)
+    assert 0 < flowing < curve["steady_bulk"].size
+    assert int(before["pooled_heterogeneity_exponent_points"]) == flowing
+
+
 def test_slip_is_halved_between_roughnesses():
     coefficients = np.array([2.0, 1.6, 0.4, 0.0])
     reach = 0.1 * stats.norm.ppf(0.5 * (1 + np.array(CONFIDENCE)))
