@@ -176,6 +176,10 @@ class Cluster:
         """Return the states of the nodes, such as 'idle' and 'down*'."""
         return set(said("sinfo", "--noheader", "--Node", "--format=%t").split())
 
+    def limits(self) -> list[str]:
+        """Return the time limit of each job, such as '5:00'."""
+        return said("squeue", "--noheader", "--states=all", "--format=%l").split()
+
     def ends(self) -> list[str]:
         """Return how each job has ended, such as 'CANCELLED'."""
         return said("squeue", "--noheader", "--states=all", "--format=%T").split()
