@@ -121,7 +121,7 @@ def _measurements(coverage: xr.Dataset) -> str:
         coverage, "measurement", columns, RUNS, ["Run", "Observable", "Truth", "Known"]
     )
     return (
-        f"{coverage.attrs['draws']} runs of each kind, of {DURATION:g} time units. Where nothing "
+        f"{coverage.attrs['runs']} runs of each kind, of {DURATION:g} time units. Where nothing "
         f"else is said, the bulk creeps until it flows at {TYPICAL_RATE:g}, slip is "
         f"{TYPICAL_SLIP:g}, and noise 10 % with a memory of 5. Noise is relative, and its "
         "correlation decays by e within its memory [time units]. "

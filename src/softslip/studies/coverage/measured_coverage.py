@@ -81,7 +81,7 @@ def measure_coverage(draws: int, tell: Tell = lambda line: None, processes: int 
         "confidence": ("confidence", list(CONFIDENCE), PURE | {"long_name": "confidence"}),
     }
     together = xr.merge(parts, join="exact", compat="no_conflicts")
-    return together.assign_coords(coords).assign_attrs(draws=draws, records=RECORDS)
+    return together.assign_coords(coords).assign_attrs(draws=draws, runs=draws, records=RECORDS)
 
 
 def _begin(
