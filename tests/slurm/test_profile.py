@@ -16,6 +16,7 @@ from pathlib import Path
 import psutil
 import pytest
 from loopback import Cluster, missing
+from matplotlib.image import imread
 from projects import copy_project
 
 from softslip.config.stages import STAGES
@@ -134,9 +135,9 @@ class Project:
         }
 
     def pictures(self) -> Mapping[str, bytes]:
-        """Return the figures."""
+        """Return the pixels of each figure; its file says besides when it was drawn."""
         return {
-            str(path.relative_to(self.results)): path.read_bytes()
+            str(path.relative_to(self.results)): imread(path).tobytes()
             for path in sorted(self.results.rglob("*.png"))
         }
 
