@@ -6,6 +6,7 @@ import shapely
 import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
+from matplotlib.text import Text
 from scenes import generator
 from synthetic import HEIGHT, LENGTH, RADIUS, shear_run, sweep
 
@@ -260,3 +261,33 @@ def test_the_page_draws_what_there_is(table, axes):
     assert sum(len(each.points["wall_film"].values) for each in films) == 5 * max(
         (len(values) for values in axes.values()), default=1
     )
+
+
+def written(figure):
+    figure.canvas.draw()
+    return [
+        "\n".join(text.get_text() for text in axes.findobj(Text)) for axes in figure.axes
+    ], "\n".join(text.get_text() for text in figure.findobj(Text))
+
+
+def test_panels_without_snapshots_say_so(table):
+    names = ("deformation", "orientation", "wall_film", "correlation_length")
+    bare = table.assign({name: xr.full_like(table[name], np.nan) for name in names})
+    bare["structure_snapshots"] = xr.zeros_like(bare["structure_snapshots"])
+    panels, said = written(draw("structure", bare))
+    for panel in panels[1:5]:
+        assert "no snapshot in a steady window" in panel
+    assert "no snapshot" not in panels[0]
+    assert "whether runs are steady is not in this dataset" in said
+
+
+def test_lengths_of_drifting_runs_are_open_where_the_dataset_says_so(table):
+    done = table["status"] == "done"
+    flags = table.assign(steady_wall=done, steady_bulk=xr.zeros_like(done))
+    figure = draw("structure", flags)
+    _, said = written(figure)
+    assert "open, dashed bars: drifting" in said
+    for panel, face in ((3, None), (4, "white")):
+        points = [line for line in figure.axes[panel].lines if len(line.get_xdata())]
+        marked = {line.get_markerfacecolor() for line in points if line.get_marker() == "o"}
+        assert (marked == {face}) == (face == "white")

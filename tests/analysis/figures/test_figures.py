@@ -5,12 +5,17 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.collections import PolyCollection
+from matplotlib.markers import MarkerStyle
 from matplotlib.quiver import Quiver
 from synthetic import HEIGHT, LENGTH, shear_run, sweep
 
 from softslip.analysis import figures
 from softslip.analysis.figures import membranes
-from softslip.analysis.figures.drawing import COLOURS, LINES
+from softslip.analysis.figures.drawing import COLOURS, LINES, MARKERS
+from softslip.analysis.figures.markers import DRIFTING, MEANINGS, STEADY
+from softslip.analysis.figures.panels import Family
+from softslip.analysis.figures.shown import shown
+from softslip.analysis.figures.velocity import SOME, STATES
 from softslip.analysis.fits import fit_laws
 from softslip.analysis.observables.tables import creep, flow_curve, profiles
 from softslip.errors import DatasetError
@@ -69,6 +74,36 @@ def test_walls_without_any_run_are_named_as_missing_and_not_in_the_legend(runs):
         lines = words(figure).splitlines()
         assert any("among them all at $\\beta$ = 0.59" in line for line in lines)
         assert not any(line.startswith("$\\beta$ = 0.59") for line in lines)
+
+
+def test_every_wall_has_a_marker_that_can_be_half_filled_and_is_seen():
+    assert set(MARKERS) <= set(MarkerStyle.filled_markers)
+    assert len(MARKERS) == len(set(MARKERS))
+    family = Family("roughness", tuple(range(9)))
+    assert min(family.look(number)["markersize"] for number in range(9)) >= 5.5
+
+
+def test_every_state_of_any_panel_is_explained(curve):
+    drifting = xr.zeros_like(curve["steady_bulk"])
+    table = curve.drop_vars("verdict_bulk").assign(steady_bulk=drifting)
+    said = words(figures.draw("fig6", table, fit_laws(curve)))
+    assert MEANINGS[DRIFTING] in said
+
+
+def test_walls_steady_in_some_of_the_seeds_have_a_line_of_their_own(runs):
+    one = profiles(runs).isel(seed=0, drop=True)
+    seeds = xr.concat([one] * 2, dim="seed").assign_coords(seed=[1, 2])
+    flags = {0.05: (True, True), 0.15: (True, False), 0.3: (False, False), 0.5: (True, True)}
+    steady = seeds["steady_wall"].copy()
+    for stress, each in flags.items():
+        steady.loc[{"stress": stress}] = xr.DataArray(list(each), dims="seed")
+    figure = figures.draw("fig4", seeds.assign(steady_wall=steady))
+    said = words(figure)
+    for meaning in ("solid: walls steady", "walls steady in some of the seeds", "walls drift"):
+        assert meaning in said
+    kinds = {one.name for one in shown(figure) if one.panel == "left"}
+    assert kinds == {f"walls {STEADY}", SOME, f"walls {DRIFTING}"}
+    assert len({STATES[state][0] for state in (STEADY, SOME, DRIFTING)}) == 3
 
 
 def test_every_wall_has_a_line_style_of_its_own():
@@ -139,7 +174,8 @@ def test_paper_and_fit_are_named_in_the_flow_curve():
     )
     said = words(drawn(full))
     assert r"paper: $\sigma_y = 0.055 \pm 0.004$" in said
-    assert r"all $\beta$: $\sigma_y$" in said
+    assert r"$n = 0.57 \pm 0.03$" in said
+    assert "all $\\beta$:\n$\\sigma_y$" in said
 
 
 def test_unsteady_points_are_open_and_their_bars_dashed(curve):

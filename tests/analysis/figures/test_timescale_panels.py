@@ -5,10 +5,11 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
-from softslip.analysis.figures.markers import DRIFTING, STEADY, WITHIN_ERROR
+from softslip.analysis.figures.markers import ALL_STEADY, DRIFTING, STEADY, WITHIN_ERROR
 from softslip.analysis.figures.panels import Family
 from softslip.analysis.figures.shown import shown
 from softslip.analysis.figures.timescale_panels import DECIDED, decided, draw_times, explained_times
+from softslip.analysis.fits import FITTED
 
 STRESS = [0.02, 0.23, 0.3, 0.4, 0.5]
 TIME = [90.0, 30.0, 20.0, 10.0, np.nan]
@@ -71,8 +72,22 @@ def test_times_are_filled_half_filled_and_open(cell):
 def test_only_what_is_drawn_is_explained(cell):
     _, _, seen = drawn(cell.isel(stress=slice(0, 2)), 0.1)
     assert seen == {STEADY}
-    assert explained_times(seen) == ""
+    assert explained_times(seen) == f"(d, e) {ALL_STEADY}"
     words = explained_times({STEADY, DRIFTING})
-    assert words == f"(d, e) {DECIDED[STEADY]}; {DECIDED[DRIFTING]}"
+    assert words == f"(d, e) {ALL_STEADY}; {DECIDED[STEADY]}; {DECIDED[DRIFTING]}"
     _, _, nothing = drawn(cell, np.nan)
     assert nothing == set()
+    assert explained_times(nothing) == ""
+
+
+def test_a_fitted_power_is_drawn_with_its_error(cell):
+    name = "pooled_yielding_exponent"
+    laws = xr.Dataset({name: -0.9, f"{name}_error": 0.12, f"{name}_message": FITTED})
+    axes, family = Figure().subplots(), Family("roughness", (0.0,))
+    draw_times(axes, "d", cell, family, "yielding_time", 0.1, laws)
+    _, labels = axes.get_legend_handles_labels()
+    assert labels[0] == r"fitted: power −0.90 $\pm$ 0.12"
+    x, y = np.log(axes.lines[-3].get_xydata()).T
+    assert abs((y[1] - y[0]) / (x[1] - x[0]) + 0.9) < 1e-9
+    (kept,) = (one for one in shown(axes.figure) if one.name.startswith("power fitted"))
+    assert kept.points[name].values.tolist() == [-0.9]

@@ -15,8 +15,8 @@ SYMBOLS = {
     "^": "triangle-up",
     "D": "diamond",
     "v": "triangle-down",
-    "P": "cross",
-    "X": "x",
+    "<": "triangle-left",
+    ">": "triangle-right",
     "p": "pentagon",
 }
 """Markers of the figures, and what plotly calls them."""

@@ -20,8 +20,8 @@ from softslip.config.parameters import Parameters
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 """Colours that the colour-blind can tell apart (Okabe and Ito 2008)."""
 
-MARKERS = ("o", "s", "^", "D", "v", "P", "X", "p")
-"""One marker for each roughness."""
+MARKERS = ("o", "s", "^", "D", "v", "p", "<", ">")
+"""One marker for each roughness, each of which can be filled, half filled and open."""
 
 LETTERS_PER_INCH = 18
 """Letters of the small lines below a figure for each inch of its width."""

@@ -26,6 +26,10 @@ MEANINGS = {
 """What symbols mean, in the order in which they are explained."""
 
 
+ALL_STEADY = "bars: standard errors"
+"""What is said where all symbols are filled."""
+
+
 def verdicts(cell: xr.Dataset, flag: str) -> NDArray[Any]:
     """Return the verdict on each value of a series, raveled: one of the three that are drawn.
 
@@ -52,11 +56,11 @@ def worse(one: NDArray[Any], other: NDArray[Any]) -> NDArray[Any]:
 
 
 def explained(table: xr.Dataset, *flags: str) -> str:
-    """Say what the symbols mean that occur in a figure, unless all are alike steady."""
+    """Say what the symbols mean that occur in a figure; only the bars, if all are alike steady."""
     done = (table["status"] == "done").values.ravel()
     seen = {str(each) for flag in flags for each in verdicts(table, flag)[done]}
     if seen <= {STEADY}:
-        return ""
+        return ALL_STEADY
     return "; ".join(words for verdict, words in MEANINGS.items() if verdict in seen)
 
 
@@ -77,7 +81,8 @@ def draw_points(
     axes
         Where; on a logarithmic axis a bar that reaches zero ends at `LEAST_SHARE` of the value.
     x, y, error
-        Shape (points,); the error is that of x or y.
+        Shape (points,); the error is that of x or y, or of shape (2, points) where it differs
+        downwards and upwards.
     verdict
         Of each point.
     look
@@ -85,11 +90,11 @@ def draw_points(
     along
         Which of x and y the error belongs to.
     """
-    size = np.nan_to_num(error)
+    down, up = np.broadcast_to(np.nan_to_num(error), (2, len(x)))
     scale = axes.get_xscale() if along == "x" else axes.get_yscale()
     value = x if along == "x" else y
-    below = np.minimum(size, (1 - LEAST_SHARE) * value) if scale == "log" else size
-    bars = np.stack((below, size))
+    below = np.minimum(down, (1 - LEAST_SHARE) * value) if scale == "log" else down
+    bars = np.stack((below, up))
     for state in MEANINGS:
         chosen = (verdict == state) & np.isfinite(x) & np.isfinite(y)
         if not chosen.any():

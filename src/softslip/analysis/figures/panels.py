@@ -17,9 +17,10 @@ from matplotlib.figure import Figure
 from softslip.analysis.comparable import unlike
 from softslip.analysis.figures.drawing import COLOURS, MARKERS, named, note, sequence, symbol
 
-LARGEST, SHRINK, LEAST = 6.5, 0.88, 3.5
+LARGEST, SHRINK, LEAST = 7.0, 0.93, 5.5
 """Size of the first marker [point], by how much each next is smaller, and the least: points that
-coincide, as the bulk's do, stay visible."""
+coincide, as the bulk's do, stay visible, and a half filled one differs from a filled one in print.
+"""
 
 MOST_ROWS = 40
 """Most rows of panels, so that the picture stays within what can be drawn."""
@@ -174,12 +175,20 @@ def legend_above(figure: Figure, axes: Axes, most: int = 8) -> None:
     """Put what a panel's symbols mean above all panels, each label once."""
     handles, labels = axes.get_legend_handles_labels()
     if labels:
-        figure.legend(handles, labels, loc="outside upper center", ncols=min(len(labels), most))
+        columns = columns_for(len(labels), most)
+        figure.legend(handles, labels, loc="outside upper center", ncols=columns)
+
+
+def columns_for(count: int, most: int) -> int:
+    """Return the columns of a legend, at most so many, in which its rows are as long as can be."""
+    rows = -(-count // most)
+    return -(-count // rows)
 
 
 def share_limits(panels: Sequence[Axes]) -> None:
     """Give panels that show the same the same limits, as far as they show anything."""
-    full = [panel for panel in panels if panel.has_data()]
+    # What `leave_empty` has emptied has no ticks.
+    full = [panel for panel in panels if panel.has_data() and len(panel.get_xticks())]
     if full:
         across = np.array([panel.get_xlim() for panel in full])
         up = np.array([panel.get_ylim() for panel in full])

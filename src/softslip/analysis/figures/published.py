@@ -34,36 +34,42 @@ def keep(axes: Axes, panel: str, name: str, number: Reported) -> None:
     show(axes, panel, f"{name.replace('_', ' ')} of the paper", points)
 
 
-def mark_level(axes: Axes, panel: str, name: str, number: Reported, labelled: bool = True) -> None:
+def mark_level(axes: Axes, panel: str, name: str, number: Reported, words: str = "") -> None:
     """Draw one of the paper's numbers as a level of the vertical axis, with its error as a band.
 
-    ``labelled`` is whether it is written there, too.
+    ``words`` are written below it at the right, where no flow curve comes.
     """
     keep(axes, panel, name, number)
     error = number.uncertainty or 0.0
     axes.axhspan(number.value - error, number.value + error, color="0.85", linewidth=0, zorder=0)
     axes.axhline(number.value, color=GREY, linewidth=0.8, linestyle=DASHED, zorder=0.5)
-    if not labelled:
+    if not words:
         return
     axes.annotate(
-        f"paper: {as_text(number)}",
-        (0.98, number.value + error),
+        f"paper: {words}",
+        (0.98, number.value - error),
         xycoords=axes.get_yaxis_transform(),
-        xytext=(0, 1.5),
+        xytext=(0, -1.5),
         textcoords="offset points",
         ha="right",
-        va="bottom",
+        va="top",
         fontsize=WORDS,
         color="0.35",
     )
 
 
-def mark_place(axes: Axes, panel: str, name: str, number: Reported, words: str = "") -> None:
-    """Draw one of the paper's numbers as a place on the horizontal axis, whose limits are set."""
+def mark_place(
+    axes: Axes, panel: str, name: str, number: Reported, words: str = "", top: float = 1.0
+) -> None:
+    """Draw one of the paper's numbers as a place on the horizontal axis, whose limits are set.
+
+    The line ends at ``top``, a share of the height: below what is written there.
+    """
     left, right = axes.get_xlim()
     to_the_right = number.value < 0.5 * (left + right)
     keep(axes, panel, name, number)
-    axes.axvline(number.value, color=GREY, linewidth=0.8, linestyle=DASHED, zorder=0.5)
+    line: dict[str, Any] = {"color": GREY, "linewidth": 0.8, "linestyle": DASHED, "zorder": 0.5}
+    axes.axvline(number.value, ymax=top, **line)
     axes.annotate(
         f"paper: {words}" if words else "",
         (number.value, 0.04),
@@ -93,11 +99,16 @@ def guide(
     words
         Of the legend.
     """
-    usable = np.isfinite(x) & np.isfinite(y) & (x > 0) & (y > 0)
     keep(axes, panel, "exponent", number)
+    power_through(axes, x, y, number.value, color=GREY, linestyle=DASHED, label=words)
+
+
+def power_through(axes: Axes, x: FloatArray, y: FloatArray, power: float, **look: Any) -> None:
+    """Draw a power law through the logarithmic mean of the positive ones of some points."""
+    usable = np.isfinite(x) & np.isfinite(y) & (x > 0) & (y > 0)
     if not usable.any():
         return
     middle = np.exp(np.mean(np.log(x[usable]))), np.exp(np.mean(np.log(y[usable])))
     ends = np.array([0.75 * x[usable].min(), 1.35 * x[usable].max()])
-    line: dict[str, Any] = {"color": GREY, "linewidth": 0.9, "linestyle": DASHED, "zorder": 1}
-    axes.plot(ends, middle[1] * (ends / middle[0]) ** number.value, label=words, **line)
+    line: dict[str, Any] = {"linewidth": 0.9, "zorder": 1}
+    axes.plot(ends, middle[1] * (ends / middle[0]) ** power, **(line | look))

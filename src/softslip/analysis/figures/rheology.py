@@ -18,6 +18,7 @@ from softslip.analysis.figures.drawing import (
     styled,
     symbol,
 )
+from softslip.analysis.figures.fitted import measured
 from softslip.analysis.figures.markers import draw_points, explained, verdicts
 from softslip.analysis.figures.panels import (
     ROUGHNESS,
@@ -31,7 +32,7 @@ from softslip.analysis.figures.panels import (
     selected,
     with_dimensions,
 )
-from softslip.analysis.figures.published import mark_level
+from softslip.analysis.figures.published import WORDS, as_text, keep, mark_level
 from softslip.analysis.figures.shown import Quantity, along, place, quantity, show
 from softslip.analysis.fits import FITTED, flow_law, law_in_use
 from softslip.analysis.fits.points import DRIVES
@@ -88,17 +89,28 @@ def flow_curves(dataset: xr.Dataset, fits: xr.Dataset) -> Figure:
             arrows += _draw_curves(panel, cell, family, name, flag)
             panel.set_xlabel(f"{label} [1 / time unit]")
             if comparable:
-                labelled = name == "shear_rate_bulk"
-                mark_level(panel, name, "yield_stress", paper.YIELD_STRESS, labelled=labelled)
+                words = f"{as_text(paper.YIELD_STRESS)}\n{as_text(paper.FLOW_INDEX)}"
+                written = words if name == "shear_rate_bulk" else ""
+                mark_level(panel, name, "yield_stress", paper.YIELD_STRESS, written)
+        if comparable:
+            keep(axes[1], "shear_rate_bulk", "flow_index", paper.FLOW_INDEX)
         axes[0].set_ylabel(above(title, r"shear stress $\sigma$ [stress unit]"))
     _share_axes(panels)
     for (_, chosen), axes in zip(rows, panels, strict=True):
         _draw_fits(axes[1], selected(fits, chosen), family, place(table.sel(chosen)))
     legend_above(figure, panels[0][0])
     left = "arrows at the left: rate not positive" if arrows else ""
-    words = explained(table, *(flag for flag, _ in RATES.values()))
-    note_missing(figure, dataset, words, left, known=known)
+    states = explained(table, *(flag for flag, _ in RATES.values()))
+    fitted = any(axes[1].get_legend() for axes in panels)
+    note_missing(figure, dataset, states, left, _explained_lines(family, fitted), known=known)
     return figure
+
+
+def _explained_lines(family: Family, fitted: bool) -> str:
+    """Say what lines and bands mean that no legend names."""
+    thin = "" if 0 in family.missing else "thin line: joins the points of one wall"
+    band = "band of the fit: its standard error" if fitted else ""
+    return "; ".join(filter(None, (thin, band)))
 
 
 def _draw_curves(axes: Axes, cell: xr.Dataset, family: Family, name: str, flag: str) -> int:
@@ -187,7 +199,8 @@ def _draw_fits(axes: Axes, fits: xr.Dataset, family: Family, cell: dict[str, Qua
             words = named(family.dim, value)
             _draw_fit(axes, here, family.colour(number), words, cell | place(here))
     if axes.get_legend_handles_labels()[1]:
-        axes.legend(loc="upper left", title=r"$\sigma_y + k\,\dot\gamma^n$", alignment="left")
+        look: dict[str, Any] = {"fontsize": WORDS, "alignment": "left"}
+        axes.legend(loc="upper left", title=r"$\sigma_y + k\,\dot\gamma^n$", **look)
 
 
 def _draw_fit(
@@ -214,7 +227,8 @@ def _draw_fit(
         bottom, top = np.maximum(stress - error, 0.01 * stress), stress + error
         axes.fill_between(rate, bottom, top, color=colour, alpha=0.15, linewidth=0, zorder=1)
     words = (
-        rf"{whose}{WITH_SLIP[prefix]}: $\sigma_y$ = {measured(fits, f'{prefix}yield_stress')}, "
+        f"{whose}{WITH_SLIP[prefix]}:\n"
+        rf"$\sigma_y$ = {measured(fits, f'{prefix}yield_stress')}, "
         rf"$n$ = {measured(fits, f'{prefix}flow_index')}"
     )
     axes.plot(rate, stress, color=colour, linewidth=1.0, zorder=2, label=words)
@@ -250,12 +264,3 @@ def _keep_fit(
 def _labelled(points: dict[str, Quantity]) -> dict[str, Quantity]:
     """Return quantities with their names as their meanings."""
     return {key: each._replace(meaning=key.replace("_", " ")) for key, each in points.items()}
-
-
-def measured(fits: xr.Dataset, name: str) -> str:
-    """Write a parameter with its error to the error's first two digits."""
-    value, error = float(fits[name]), float(fits[f"{name}_error"])
-    if not np.isfinite(error) or error <= 0:
-        return f"{value:.3g} (error not known)"
-    digits = max(1 - int(np.floor(np.log10(error))), 0)
-    return rf"{value:.{digits}f} $\pm$ {error:.{digits}f}"

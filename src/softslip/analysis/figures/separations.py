@@ -18,6 +18,7 @@ from softslip.analysis.figures.drawing import (
     named,
     styled,
 )
+from softslip.analysis.figures.fitted import measured
 from softslip.analysis.figures.markers import FloatArray, draw_points, explained, verdicts
 from softslip.analysis.figures.panels import (
     ROUGHNESS,
@@ -29,8 +30,7 @@ from softslip.analysis.figures.panels import (
     with_dimensions,
 )
 from softslip.analysis.figures.published import mark_place
-from softslip.analysis.figures.rheology import measured
-from softslip.analysis.figures.shown import Quantity, along, place, quantity, show
+from softslip.analysis.figures.shown import Quantity, along, place, quantity, show, shown
 from softslip.analysis.fits import FITTED
 from softslip.analysis.fits.finite_size import MOONEY_BULK, MOONEY_SLIP, SEPARATION
 from softslip.analysis.observables import mean_over_seeds
@@ -44,6 +44,12 @@ STEADY_VALUES = {
     "slip_velocity": ("steady_slip", r"$V_s$ [length unit / time unit]"),
 }
 """What the last panel shows, the flag of each one's steady state, and its name and unit."""
+
+PARAMETERS = "Eq. A1 fitted: parameters"
+"""Name of the series of the fit's constants."""
+
+BELOW_LEGEND = 0.44
+"""Height up to which the paper's separation is marked, over that of the panel."""
 
 PINNED = ("slip_velocity", "shear_rate_bulk")
 """V_s and γ̇_bulk of one separation."""
@@ -87,7 +93,11 @@ def separations(creep: xr.Dataset, flow_curve: xr.Dataset, fits: xr.Dataset) -> 
     flags = explained(table, *(flag for flag, _ in STEADY_VALUES.values()))
     marked = any(not unlike(table.sel(chosen)) for _, chosen in rows)
     least = f"dashed grey: the paper finds no effect beyond $H$ = {paper.LEAST_SEPARATION.value:g}"
-    note_missing(figure, flow_curve, alone, flags, least if marked else "", known=KNOWN)
+    mean = "(a, b) means over seeds" if creep.sizes.get("seed", 1) > 1 else ""
+    levels = any(one.name == PARAMETERS for one in shown(figure))
+    constants = "(c) dotted: the constants of the fit" if levels else ""
+    notes = (alone, flags, mean, constants, least if marked else "")
+    note_missing(figure, flow_curve, *notes, known=KNOWN)
     return figure
 
 
@@ -149,7 +159,7 @@ def _draw_steady(axes: Axes, cell: xr.Dataset, fits: xr.Dataset) -> None:
     widest = 1.15 * np.nanmax(np.append(separation, paper.FULL_SEPARATION.value))
     axes.set_xlim(0, widest)
     if not unlike(cell):
-        mark_place(axes, "c", "least_separation", paper.LEAST_SEPARATION)
+        mark_place(axes, "c", "least_separation", paper.LEAST_SEPARATION, top=BELOW_LEGEND)
     low, high = axes.get_ylim()
     axes.set_ylim(low / 1.5, high * (high / low) ** 1.2)
     axes.legend(loc="upper left", fontsize=7.5)
@@ -183,7 +193,7 @@ def _draw_constants(axes: Axes, fits: xr.Dataset, height: FloatArray) -> None:
     """Draw what Eq. A1 takes as independent of H, V_s and γ̇_bulk, in the colours of the points."""
     names = [f"{name}{end}" for name in (MOONEY_SLIP, MOONEY_BULK) for end in ("", "_error")]
     parameters = {name: quantity(fits[name], [float(fits[name])]) for name in names}
-    show(axes, "c", "Eq. A1 fitted: parameters", parameters, place(fits))
+    show(axes, "c", PARAMETERS, parameters, place(fits))
     shown = dict(zip(PINNED, (MOONEY_SLIP, MOONEY_BULK), strict=True))
     for number, name in enumerate(STEADY_VALUES):
         value = float(fits[shown[name]]) if name in shown else np.nan

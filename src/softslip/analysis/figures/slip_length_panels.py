@@ -62,11 +62,20 @@ TITLES = {
 }
 """What they are."""
 
+LAWS = r"fitted laws: $\nu\,(\sigma - \sigma_y)/\dot\gamma(\sigma)$"
+"""What the curves of the total length are."""
+
+MARKER_SIZE = 5.5
+"""Of the lengths against the roughness [point]."""
+
 MOST_STRESSES = 12
 """Most stresses that a legend names."""
 
-LEGEND_ROOM, LOWER_ROOM = 0.35, 0.12
+LEGEND_ROOM, LOWER_ROOM = 0.45, 0.12
 """Shares of an axis that are kept for a legend above, and for words below."""
+
+BELOW_LEGEND = 0.58
+"""Height up to which marks of the paper reach under a legend, over that of the panel."""
 
 
 @styled
@@ -115,6 +124,7 @@ def lengths(dataset: xr.Dataset, fits: xr.Dataset) -> Figure:
         figure,
         dataset,
         explained(table, "steady_slip", "steady_bulk"),
+        "(c, d) lines join the points of one stress",
         "triangles at the lower edge: not above zero" if below else "",
         f"total lengths without an upper end, not drawn: {endless}" if endless else "",
         known=known,
@@ -239,7 +249,9 @@ def _draw_laws(
         curve = _law_of(family.laws_of(laws, number), limits)
         if curve is None:
             continue
-        axes.plot(*curve, color=family.colour(number), linewidth=0.9, zorder=1)
+        named_yet = LAWS in axes.get_legend_handles_labels()[1]
+        look = {"color": family.colour(number), "label": None if named_yet else LAWS}
+        axes.plot(*curve, linewidth=0.9, zorder=1, **look)
         points = {
             "stress": Quantity(curve[0], "stress unit", "shear stress"),
             TOTAL: Quantity(curve[1], "length unit", "slip velocity over bulk rate, by the laws"),
@@ -250,7 +262,8 @@ def _draw_laws(
         _draw_paper_power(axes, cell.isel({family.dim: smoothest}))
     axes.set_xlim(*limits)
     if axes.get_legend_handles_labels()[1]:
-        axes.legend(loc="lower left", fontsize=WORDS)
+        # Where slip lengths, which fall with the stress, leave room.
+        axes.legend(loc="upper right", fontsize=WORDS)
 
 
 def _law_of(laws: xr.Dataset, limits: tuple[float, float]) -> tuple[FloatArray, FloatArray] | None:
@@ -289,7 +302,7 @@ def _draw_paper_power(axes: Axes, cell: xr.Dataset) -> None:
     layer = paper.FLUIDISED_LAYER
     low, high = axes.get_ylim()
     if low < layer.value < high:
-        mark_level(axes, "b", "fluidised_layer", layer, labelled=False)
+        mark_level(axes, "b", "fluidised_layer", layer)
         at = (0.02, layer.value)
         words = f"paper: fluidised layer {layer.value:g}"
         known: dict[str, Any] = {"fontsize": WORDS, "color": "0.35", "va": "bottom"}
@@ -315,7 +328,7 @@ def _draw_against_family(
             continue
         for number, (label, line) in enumerate(curves):
             look = {"color": colours[number], "marker": MARKERS[number % len(MARKERS)]}
-            look["markersize"] = 4.5
+            look["markersize"] = MARKER_SIZE
             column = line[name].transpose(family.dim, ...)
             known = line.assign({name: column})
             below += _draw_lengths(axes, panel, known, name, at.astype(np.float64), look)
@@ -348,7 +361,8 @@ def _mark_roughness(axes: Axes, panel: str, roughness: FloatArray) -> None:
     """Mark the paper's critical roughness, and its Newtonian slip length up to there."""
     critical = paper.CRITICAL_ROUGHNESS_ABOVE
     axes.set_xlim(-0.05, max(1.05 * float(np.nanmax(roughness)), 0.68))
-    mark_place(axes, panel, "critical_roughness", critical, rf"$\beta^*$ < {critical.value:g}")
+    words = rf"$\beta^*$ < {critical.value:g}"
+    mark_place(axes, panel, "critical_roughness", critical, words, BELOW_LEGEND)
     if panel == "c":
         ends = np.array([0.0, critical.value])
         length = paper.CONTACT_LENGTH.value + ends * paper.MEAN_RADIUS.value

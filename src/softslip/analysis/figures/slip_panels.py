@@ -18,6 +18,7 @@ from softslip.analysis.figures.drawing import (
     styled,
     symbol,
 )
+from softslip.analysis.figures.fitted import draw_powers, measured
 from softslip.analysis.figures.markers import draw_points, explained, verdicts
 from softslip.analysis.figures.panels import (
     ROUGHNESS,
@@ -33,7 +34,7 @@ from softslip.analysis.figures.panels import (
     share_limits,
     with_dimensions,
 )
-from softslip.analysis.figures.published import guide, keep, mark_place
+from softslip.analysis.figures.published import WORDS, guide, keep, mark_place
 from softslip.analysis.figures.shown import Quantity, along, place, quantity, show
 from softslip.analysis.fits import FITTED, yield_stress_of
 from softslip.analysis.fits.points import DRIVES, with_stress
@@ -44,10 +45,22 @@ FloatArray = NDArray[np.float64]
 ZOOM = 0.2
 """Stress up to which the second panel zooms in [stress unit], as in the paper."""
 
+BELOW_LEGEND = 0.75
+"""Height up to which critical roughnesses are marked, over that of the panel."""
+
 ROOM, WORDS_ROOM = 0.05, 0.14
 """Room below what is drawn, and for words there, over its height."""
 
 SPEED = "length unit / time unit"
+
+BRANCHES: dict[str, tuple[Any, str]] = {
+    "slip_coefficient": ("-", r"solid: fitted $\nu\,(\sigma - \sigma_y)$"),
+    "newtonian_slip_coefficient": ((0, (1, 1)), r"dotted: fitted $\nu_N\,\sigma$"),
+}
+"""Line of each branch of the slip law by its coefficient, and what it is."""
+
+CRITICAL_LINE = (0, (5, 1.5, 1, 1.5))
+"""Line of the fitted critical roughness."""
 
 
 @styled
@@ -56,9 +69,9 @@ def slip(dataset: xr.Dataset, fits: xr.Dataset) -> Figure:
 
     (a) V_s against σ with the lines ν (σ − σ_y) above the fitted yield stress and ν_N σ below it,
     up to where they cross;
-    (b) the same at the smoothest walls and low stress; (c) ν against β; (d) δ_het against σ with
-    the paper's power through it. Further dimensions are laid out as in `flow_curves`: each
-    combination gets two rows of panels.
+    (b) the same at the smoothest walls and low stress; (c) ν against β, with the fitted β* and the
+    paper's; (d) δ_het against σ with the fitted power and the paper's through it. Further
+    dimensions are laid out as in `flow_curves`: each combination gets two rows of panels.
 
     Parameters
     ----------
@@ -81,7 +94,7 @@ def slip(dataset: xr.Dataset, fits: xr.Dataset) -> Figure:
     for row, column in itertools.product((0, 1), (0, 1)):
         share_limits([each[column] for each in panels[row::2]])
     legend_above(figure, panels[0][0])
-    words = explained(table, "steady_slip")
+    words = explained(table, "steady_slip", "steady_bulk")
     note_missing(figure, dataset, words, *dict.fromkeys(notes), known=known)
     return figure
 
@@ -102,9 +115,18 @@ def _draw_block(
     low = named(ROUGHNESS, roughnesses[smoothest])
     zoomed.set_title(f"(b) {low}, low stress" if low else "(b) low stress")
     slipping.set_title("(a) slip velocity")
-    notes = [_draw_prefactor(prefactor, cell, laws, family, comparable)]
-    notes.append(_draw_heterogeneity(uneven, cell, family, comparable))
-    return [each for each in notes if each]
+    _draw_prefactor(prefactor, cell, laws, family, comparable)
+    _draw_heterogeneity(uneven, cell, laws, family, comparable)
+    return _explained_lines(slipping, prefactor, uneven)
+
+
+def _explained_lines(slipping: Axes, prefactor: Axes, uneven: Axes) -> list[str]:
+    """Say what lines and bars of those panels mean that show anything."""
+    drawn = {str(line.get_gid()) for line in slipping.lines}
+    meanings = {name: words for name, (_, words) in BRANCHES.items() if name in drawn}
+    fits = [f"(a, b) {', '.join(meanings.values())}"] if meanings else []
+    prefactors = ["(c) bars: standard errors, line: joins points"] if prefactor.has_data() else []
+    return [*fits, *prefactors, *(["(d) all bars: standard errors"] if uneven.has_data() else [])]
 
 
 def _draw_slip(
@@ -146,15 +168,16 @@ def _draw_lines(
     """Draw the laws above and below yield, the latter up to where the former is faster."""
     offset = float(yield_stress_of(laws)[0])
     branches = {
-        "slip_coefficient": (np.array([offset, 1.05 * highest]), offset, "-"),
-        "newtonian_slip_coefficient": (np.array([0.0, _crossing(laws, offset)]), 0.0, (0, (1, 1))),
+        "slip_coefficient": (np.array([offset, 1.05 * highest]), offset),
+        "newtonian_slip_coefficient": (np.array([0.0, _crossing(laws, offset)]), 0.0),
     }
-    for name, (stress, start, style) in branches.items():
+    for name, (stress, start) in branches.items():
         message = str(laws[f"{name}_message"].item())
         if not message.startswith(FITTED) or not np.isfinite(offset):
             continue
         velocity = float(laws[name]) * (stress - start)
-        axes.plot(stress, velocity, color=colour, linewidth=0.9, linestyle=style, zorder=1)
+        look = {"color": colour, "linewidth": 0.9, "linestyle": BRANCHES[name][0]}
+        axes.plot(stress, velocity, zorder=1, gid=name, **look)
         points = {
             "stress": Quantity(stress, "stress unit", "shear stress"),
             "slip_velocity": Quantity(velocity, SPEED, "slip velocity"),
@@ -180,7 +203,7 @@ def _fit_height(axes: Axes, cell: xr.Dataset, family: Family, shown: Any) -> Non
 
 def _draw_prefactor(
     axes: Axes, cell: xr.Dataset, laws: xr.Dataset, family: Family, comparable: bool
-) -> str:
+) -> None:
     """Draw the prefactor of the slip law against the roughness, or against another family."""
     name = "slip_coefficient"
     values, error = (laws[f"{name}{end}"] for end in ("", "_error"))
@@ -191,7 +214,7 @@ def _draw_prefactor(
     if family.dim not in values.dims or not fitted.any():
         message = str(laws[f"{name}_message"].values.ravel()[0])
         leave_empty(axes, f"no fit: {message}")
-        return ""
+        return
     places = np.asarray(family.values)[fitted]
     at = places if places.dtype.kind == "f" or places.dtype.kind == "i" else np.arange(len(places))
     columns = [each.values.ravel()[fitted] for each in (values, error)]
@@ -209,43 +232,64 @@ def _draw_prefactor(
     axes.set_ylim(bottom=least - WORDS_ROOM * (axes.get_ylim()[1] - least))
     if comparable and family.dim == ROUGHNESS:
         axes.set_xlim(-0.05, max(1.05 * float(at.max()), 0.7))
-        critical = paper.CRITICAL_ROUGHNESS
-        mark_place(axes, "c", "critical_roughness", critical, r"$\beta^* \approx 0.3$")
-    return ""
+        critical, words = paper.CRITICAL_ROUGHNESS, r"$\beta^* \approx 0.3$"
+        mark_place(axes, "c", "critical_roughness", critical, words, BELOW_LEGEND)
+    if family.dim == ROUGHNESS:
+        _draw_critical(axes, laws)
+
+
+def _draw_critical(axes: Axes, laws: xr.Dataset) -> None:
+    """Mark the roughness at which the prefactor is half that of the smoothest wall."""
+    name = "critical_roughness"
+    if str(laws[f"{name}_message"].item()) != FITTED:
+        return
+    first, last = (f"{float(end):.3g}" for end in laws[f"{name}_bracket"])
+    words = rf"fitted: $\beta^*$ = {measured(laws, name)}," + "\n"
+    words += rf"$\nu$ halved on the line from $\beta$ = {first} to {last}"
+    look: dict[str, Any] = {"color": "black", "linewidth": 0.9, "linestyle": CRITICAL_LINE}
+    axes.axvline(float(laws[name]), ymax=BELOW_LEGEND, zorder=0.6, label=words, **look)
+    axes.legend(loc="upper right", fontsize=WORDS)
+    low, high = axes.get_ylim()
+    axes.set_ylim(top=low + (high - low) / BELOW_LEGEND)
+    kept = {key: quantity(laws[key], [float(laws[key])]) for key in (name, f"{name}_error")}
+    show(axes, "c", "critical roughness", kept, place(laws))
 
 
 def _unit_of(cell: xr.Dataset, family: Family) -> str:
     return f"[{cell[family.dim].attrs.get('units', '1')}]"
 
 
-def _draw_heterogeneity(axes: Axes, cell: xr.Dataset, family: Family, comparable: bool) -> str:
+def _draw_heterogeneity(
+    axes: Axes, cell: xr.Dataset, laws: xr.Dataset, family: Family, comparable: bool
+) -> None:
     """Draw the heterogeneity of the bulk flow against the stress."""
     axes.set(xscale="log", yscale="log")
     axes.set(xlabel=r"stress $\sigma$ [stress unit]", ylabel=r"$\delta_\mathrm{het}$ [1]")
     axes.set_title("(d) heterogeneity of the bulk flow")
-    every: list[FloatArray] = []
+    every: dict[int, tuple[FloatArray, FloatArray]] = {}
     for number, _, line in family.members(cell):
         stress = line["stress"].broadcast_like(line["heterogeneity"]).values.ravel()
         value, error = (line[f"heterogeneity{end}"].values.ravel() for end in ("", "_error"))
         known = np.isfinite(value) & (value > 0) & (stress > 0)
         verdict = verdicts(line, "steady_bulk")[known]
         draw_points(axes, stress[known], value[known], error[known], verdict, family.look(number))
-        every.append(np.stack((stress[known], value[known])))
+        every[number] = stress[known], value[known]
         columns = {name: line[name] for name in ("heterogeneity", "heterogeneity_error")}
         points = {
             name: quantity(each, each.values.ravel()[known]) for name, each in columns.items()
         }
         show(axes, "d", "heterogeneity", along(line["heterogeneity"], known) | points, place(line))
-    x, y = np.concatenate(every, axis=1)
+    x, y = np.concatenate([np.stack(each) for each in every.values()], axis=1)
     if not len(x):
         leave_empty(axes, "no snapshot in a steady window")
-        return ""
+        return
+    draw_powers(axes, "d", "heterogeneity_exponent", every, laws, family)
     power = paper.HETEROGENEITY_EXPONENT
     if comparable:
-        guide(axes, "d", x, y, power, rf"paper: $\sigma^{{{power.value:g}}}$")
-        axes.legend(loc="upper right")
+        guide(axes, "d", x, y, power, rf"paper: power ${power.value:g}$")
     else:
         keep(axes, "d", "exponent", power)
+    if axes.get_legend_handles_labels()[1]:
+        axes.legend(loc="upper right", fontsize=WORDS)
     for axis in (axes.xaxis, axes.yaxis):
         label_decades(axis)
-    return ""

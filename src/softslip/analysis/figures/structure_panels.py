@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from softslip.analysis.figures.drawing import (
     LINES,
@@ -15,6 +16,13 @@ from softslip.analysis.figures.drawing import (
     sequence,
     styled,
     symbol,
+)
+from softslip.analysis.figures.markers import (
+    DRIFTING,
+    STEADY,
+    WITHIN_ERROR,
+    draw_points,
+    verdicts,
 )
 from softslip.analysis.figures.panels import (
     ROUGHNESS,
@@ -40,11 +48,21 @@ PROFILES = {
 """What is drawn against the distance from the wall: its panel and its axis."""
 
 LENGTHS = {
-    "wall_film": ("d", r"wall film [range of repulsion]"),
-    "correlation_length": ("e", r"velocity correlation $\xi_v/R$ [1]"),
-    "cooperativity_length": ("f", r"cooperativity $\xi/R$ [1]"),
+    "wall_film": ("d", r"wall film [range of repulsion]", "steady_wall"),
+    "correlation_length": ("e", r"velocity correlation $\xi_v/R$ [1]", "steady_bulk"),
+    "cooperativity_length": ("f", r"cooperativity $\xi/R$ [1]", "steady_bulk"),
 }
-"""What is drawn against the drive: its panel and its axis."""
+"""What is drawn against the drive: its panel, its axis, and the flag of its steady state."""
+
+FROM_SNAPSHOTS = {"deformation", "orientation", "wall_film", "correlation_length"}
+"""What is measured in snapshots of particles; all else is in profiles of the flow."""
+
+STATES = {
+    STEADY: "(d-f) filled: steady",
+    WITHIN_ERROR: "half filled: no trend, but a large standard error",
+    DRIFTING: "open, dashed bars: drifting",
+}
+"""What symbols mean whose bars do not span a drift."""
 
 FEWEST = 2
 """Fewest finite points that make a line."""
@@ -93,8 +111,38 @@ def _explained(table: xr.Dataset, drive: str, family: Family) -> str:
     first, last = (named(family.dim, family.values[end]) for end in (0, -1))
     if len(family.values) > 1:
         words += f", solid: {first}, dashed: {last}"
-    bars = "bars: standard errors, (d) from the 10 % to the 90 % quantile along the walls"
-    return f"{words}; {bars}"
+    bars = "bars and bands: standard errors, (d) from the 10 % to the 90 % quantile along the walls"
+    return f"{words}; {bars}; {_explained_states(table)}"
+
+
+def _explained_states(table: xr.Dataset) -> str:
+    """Say what the symbols mean that occur."""
+    done = (table["status"] == "done").values.ravel()
+    flags = {flag for _, _, flag in LENGTHS.values()}
+    if not any(flag in table for flag in flags):
+        return "(d-f) whether runs are steady is not in this dataset: see the flow curves"
+    seen = {str(each) for flag in flags for each in _states(table, flag)[done]}
+    return "; ".join(words for state, words in STATES.items() if state in seen)
+
+
+def _states(line: xr.Dataset, flag: str) -> NDArray[Any]:
+    """Return the verdict on each value, raveled: steady where the dataset does not say."""
+    if flag in line:
+        return verdicts(line, flag)
+    return np.full(line["status"].size, STEADY, dtype=object)
+
+
+def _why_empty(cell: xr.Dataset, name: str) -> str:
+    """Return why nothing is drawn of some quantity."""
+    if not (cell["status"] == "done").any():
+        return "no run is done"
+    if name == "cooperativity_length":
+        return "no profile of the fluidity\ndetermines it"
+    if name not in FROM_SNAPSHOTS:
+        return "no profile in a steady window"
+    if not (cell["structure_snapshots"] > 0).any():
+        return "no snapshot in a steady window"
+    return "not determined"
 
 
 def _draw_profiles(cell: xr.Dataset, drive: str, family: Family, panels: list[Axes]) -> None:
@@ -105,9 +153,12 @@ def _draw_profiles(cell: xr.Dataset, drive: str, family: Family, panels: list[Ax
             member = cell.isel({family.dim: number})
             for index, colour in enumerate(colours):
                 _draw_profile(axes, panel, name, member.isel({drive: index}), colour, style)
-        axes.axhline(0, color="0.8", linewidth=0.6, zorder=0)
         axes.set(xlabel="distance from wall [mean radius]", ylabel=label)
-        axes.set_xlim(left=0)
+        if axes.has_data():
+            axes.axhline(0, color="0.8", linewidth=0.6, zorder=0)
+            axes.set_xlim(left=0)
+        else:
+            leave_empty(axes, _why_empty(cell, name))
         axes.set_title(f"({panel})", loc="left")
 
 
@@ -130,7 +181,8 @@ def _draw_profile(
 
 
 def _draw_lengths(cell: xr.Dataset, drive: str, family: Family, panels: list[Axes]) -> None:
-    for axes, (name, (panel, label)) in zip(panels, LENGTHS.items(), strict=True):
+    for axes, (name, (panel, label, flag)) in zip(panels, LENGTHS.items(), strict=True):
+        found = False
         for number, named_so, line in family.members(cell):
             values, spread = _with_bars(line, name)
             known = np.isfinite(values)
@@ -139,9 +191,10 @@ def _draw_lengths(cell: xr.Dataset, drive: str, family: Family, panels: list[Axe
                 axes.plot([], [], linestyle="none", label=named_so, **look)
             if not known.any():
                 continue
-            bars = [np.nan_to_num(each[known]) for each in spread]
+            found = True
+            bars = np.nan_to_num([each[known] for each in spread])
             stress = line[drive].values[known]
-            axes.errorbar(stress, values[known], yerr=bars, linestyle="none", capsize=1.5, **look)
+            draw_points(axes, stress, values[known], bars, _states(line, flag)[known], look)
             points = {
                 drive: quantity(line[drive], stress),
                 name: quantity(line[name], values[known]),
@@ -150,8 +203,8 @@ def _draw_lengths(cell: xr.Dataset, drive: str, family: Family, panels: list[Axe
                 unit = str(line[name].attrs.get("units", "1"))
                 points[f"{name}_{end}"] = Quantity(bar, unit, f"length of the bar, {end} end")
             show(axes, panel, name.replace("_", " "), points, place(line))
-        if not axes.has_data():
-            leave_empty(axes, "not determined")
+        if not found:
+            leave_empty(axes, _why_empty(cell, name))
         axes.set(xlabel=_drive_label(cell, drive), ylabel=label)
         axes.set_ylim(bottom=0)
         axes.set_title(f"({panel})", loc="left")

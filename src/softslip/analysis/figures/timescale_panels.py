@@ -10,11 +10,19 @@ from numpy.typing import NDArray
 from softslip.analysis import paper
 from softslip.analysis.comparable import unlike
 from softslip.analysis.figures.drawing import label_decades
-from softslip.analysis.figures.markers import DRIFTING, STEADY, WITHIN_ERROR, draw_points
+from softslip.analysis.figures.fitted import FloatArray, draw_powers
+from softslip.analysis.figures.markers import (
+    ALL_STEADY,
+    DRIFTING,
+    STEADY,
+    WITHIN_ERROR,
+    draw_points,
+)
 from softslip.analysis.figures.panels import Family, is_comparable, leave_empty
 from softslip.analysis.figures.published import WORDS, guide, keep
 from softslip.analysis.figures.shown import Quantity, place, quantity, show
 from softslip.analysis.fits import yield_stress_of as fitted_yield_stress
+from softslip.analysis.fits.powers import EXPONENTS
 from softslip.analysis.observables.smoothed_series import SMOOTHING_WIDTH
 
 SHOWN = {
@@ -22,6 +30,9 @@ SHOWN = {
     "slip_time": (r"$\tau_s$ [time unit]", "onset of slip"),
 }
 """How the axis and the panel of each time are called."""
+
+LEGEND_ROOM = 0.3
+"""Share of the axis of times that is kept for the legend."""
 
 DECIDED = {
     STEADY: "filled: half or twice the smoothing shifts the time within its bar or the window",
@@ -70,16 +81,23 @@ def decided(cell: xr.Dataset, name: str) -> NDArray[Any]:
 
 
 def explained_times(seen: set[str]) -> str:
-    """Say what the symbols of times mean that `draw_times` has drawn, unless all are filled."""
-    if seen <= {STEADY}:
+    """Say what the symbols of times mean that `draw_times` has drawn; just bars if all alike."""
+    if not seen:
         return ""
-    return "(d, e) " + "; ".join(words for state, words in DECIDED.items() if state in seen)
+    states = [words for state, words in DECIDED.items() if state in seen]
+    return "(d, e) " + "; ".join([ALL_STEADY, *(states if seen > {STEADY} else [])])
 
 
 def draw_times(
-    axes: Axes, panel: str, cell: xr.Dataset, family: Family, name: str, yield_stress: float
+    axes: Axes,
+    panel: str,
+    cell: xr.Dataset,
+    family: Family,
+    name: str,
+    yield_stress: float,
+    laws: xr.Dataset | None = None,
 ) -> set[str]:
-    """Draw a time against the stress above yield, with the paper's power law through it.
+    """Draw a time against the stress above yield, with the fitted and the paper's power law.
 
     Parameters
     ----------
@@ -93,6 +111,8 @@ def draw_times(
         A key of `SHOWN`.
     yield_stress
         σ_y [stress unit]; NaN leaves nothing to draw.
+    laws
+        From `analysis.fits.fit_laws`, with the fitted power.
 
     Returns
     -------
@@ -102,7 +122,7 @@ def draw_times(
     label, words = SHOWN[name]
     axes.set(xscale="log", yscale="log", ylabel=label)
     axes.set(xlabel=r"$\sigma - \sigma_y$ [stress unit]", title=f"({panel}) {words}")
-    found: list[tuple[float, float]] = []
+    found: dict[int, tuple[FloatArray, FloatArray]] = {}
     seen: set[str] = set()
     for number, _, line in family.members(cell):
         excess = (line["stress"] - yield_stress).broadcast_like(line[name]).values.ravel()
@@ -123,25 +143,47 @@ def draw_times(
             ),
         }
         show(axes, panel, name.replace("_", " "), points, place(line))
-        found += zip(excess[known].tolist(), time[known].tolist(), strict=True)
+        found[number] = excess[known], time[known]
     if not found:
         reason = "none found" if np.isfinite(yield_stress) else r"$\sigma_y$ is not known"
         leave_empty(axes, reason)
         return seen
-    x, y = np.array(found).T
+    x, y = np.concatenate([np.stack(each) for each in found.values()], axis=1)
     low, high = 0.6 * x.min(), 1.6 * x.max()
     axes.set_xlim(low, high)
     label_decades(axes.xaxis)
     label_decades(axes.yaxis)
+    if laws is not None:
+        draw_powers(axes, panel, EXPONENTS[name], found, laws, family)
+    _draw_paper(axes, panel, name, (x, y), yield_stress if is_comparable(cell, family) else None)
+    if axes.get_legend_handles_labels()[1]:
+        axes.legend(loc="lower left", fontsize=WORDS)
+        _make_room(axes)
+    return seen
+
+
+def _draw_paper(
+    axes: Axes,
+    panel: str,
+    name: str,
+    points: tuple[FloatArray, FloatArray],
+    yield_stress: float | None,
+) -> None:
+    """Draw the paper's power and sample; keep the power alone for another material."""
     power = paper.YIELDING_EXPONENT
-    if not is_comparable(cell, family):
+    if yield_stress is None:
         keep(axes, panel, "exponent", power)
-        return seen
-    guide(axes, panel, x, y, power, rf"paper: power ${power.value:g}$")
+        return
+    guide(axes, panel, *points, power, rf"paper: power ${power.value:g}$")
     if name == "yielding_time":
         _mark_sample(axes, yield_stress)
-    axes.legend(loc="lower left", fontsize=WORDS)
-    return seen
+
+
+def _make_room(axes: Axes) -> None:
+    """Extend the axis of times downwards by the height of the legend."""
+    low, high = np.log10(axes.get_ylim())
+    axes.set_ylim(10 ** (low - LEGEND_ROOM * (high - low)), 10**high)
+    label_decades(axes.yaxis)
 
 
 def _mark_sample(axes: Axes, yield_stress: float) -> None:
@@ -150,8 +192,9 @@ def _mark_sample(axes: Axes, yield_stress: float) -> None:
     label = rf"paper, Fig. 3 ($\beta$ = {sample.roughness:g})"
     look: dict[str, Any] = {
         "marker": "*",
-        "markersize": 9,
+        "markersize": 11,
         "markerfacecolor": "none",
         "color": "0.35",
+        "zorder": 4,
     }
     axes.plot(sample.stress - yield_stress, sample.time, linestyle="none", label=label, **look)

@@ -21,6 +21,7 @@ from softslip.analysis.figures.panels import (
     ROUGHNESS,
     Family,
     above,
+    columns_for,
     facets,
     note_missing,
     of_all,
@@ -49,10 +50,11 @@ def transients(dataset: xr.Dataset, flow_curve: xr.Dataset, fits: xr.Dataset) ->
     (a, b) Apparent shear rate at the roughest and smoothest wall of which a run is done: colours
     are stresses, thin lines single runs where there are several seeds, thick ones their mean. (c)
     That of the bulk, each line style a roughness, averaged over seeds, with a triangle where it
-    yields. (d, e) Yielding and slip time against the stress above yield, with the paper's power
-    through them where the material is the paper's; filled, half filled and open as other smoothings
-    of the series bear them out (`timescale_panels.decided`). Rates that are not positive leave
-    gaps, and the figure says so. Further dimensions get two rows of panels each.
+    yields. (d, e) Yielding and slip time against the stress above yield, with the powers fitted to
+    them, and the paper's through them where the material is the paper's; filled, half filled and
+    open as other smoothings of the series bear them out (`timescale_panels.decided`). Rates that
+    are not positive leave gaps, and the figure says so. Further dimensions get two rows of panels
+    each.
 
     Parameters
     ----------
@@ -75,20 +77,28 @@ def transients(dataset: xr.Dataset, flow_curve: xr.Dataset, fits: xr.Dataset) ->
         cell = table.sel(chosen)
         _draw_row(single.sel(chosen), mean.sel(chosen), family, rates)
         rates[0].set_ylabel(above(title, "shear rate [1 / time unit]"))
-        offset, whose = yield_stress_of(cell, selected(fits, chosen))
+        laws = selected(fits, chosen)
+        offset, whose = yield_stress_of(cell, laws)
         notes.append(whose)
         _mark_yielding(rates[2], cell, mean.sel(chosen), offset)
-        seen |= draw_times(times[0], "d", cell, family, "yielding_time", offset)
-        seen |= draw_times(times[1], "e", cell, family, "slip_time", offset)
+        seen |= draw_times(times[0], "d", cell, family, "yielding_time", offset, laws)
+        seen |= draw_times(times[1], "e", cell, family, "slip_time", offset, laws)
         times[0].set_ylabel(above(title, times[0].get_ylabel()))
     _add_legends(figure, panels, mean, family)
     every = [mean[name].values for name in ("shear_rate_wall", "shear_rate_bulk")]
     with np.errstate(invalid="ignore"):
         gaps = any((rate <= 0).any() for rate in every)
     gap = "gaps: rate not positive" if gaps else ""
-    words = (gap, *dict.fromkeys(notes), explained_times(seen))
+    words = (_explained_lines(dataset), gap, *dict.fromkeys(notes), explained_times(seen))
     note_missing(figure, dataset, *words, known=KNOWN)
     return figure
+
+
+def _explained_lines(dataset: xr.Dataset) -> str:
+    """Say what thin and thick lines are, where there are several seeds."""
+    if dataset.sizes.get("seed", 1) == 1:
+        return ""
+    return "(a, b) thin lines: single seeds, thick: their mean; (c) means over seeds"
 
 
 def _draw_row(single: xr.Dataset, mean: xr.Dataset, family: Family, axes: list[Axes]) -> None:
@@ -176,7 +186,8 @@ def _add_legends(
         if named("stress", stress)
     ]
     if colours:
-        figure.legend(handles=colours[::-1], loc="outside upper center", ncols=min(len(colours), 8))
+        columns = columns_for(len(colours), 8)
+        figure.legend(handles=colours[::-1], loc="outside upper center", ncols=columns)
     styles = [
         Line2D([], [], color="0.3", linestyle=LINES[number % len(LINES)], label=f"{label} (c)")
         for number, label, _ in family.members(mean)

@@ -17,6 +17,7 @@ from softslip.analysis.figures.drawing import (
     sequence,
     styled,
 )
+from softslip.analysis.figures.markers import DRIFTING, STEADY, WITHIN_ERROR, verdicts
 from softslip.analysis.figures.panels import (
     above,
     facets,
@@ -26,6 +27,17 @@ from softslip.analysis.figures.panels import (
 )
 from softslip.analysis.figures.shown import place, quantity, show
 from softslip.analysis.observables import mean_over_seeds
+
+SOME = "walls steady in some of the runs"
+"""State of the walls of runs that differ in their seeds, where there is no verdict on them all."""
+
+STATES: dict[str, tuple[Any, str]] = {
+    STEADY: (LINES[0], "solid: walls steady"),
+    WITHIN_ERROR: (LINES[1], "dashed: walls without a trend, but with a large standard error"),
+    SOME: (LINES[1], "dashed: walls steady in some of the seeds"),
+    DRIFTING: (LINES[2], "dotted: walls drift"),
+}
+"""Line of each state of the walls, and what it means."""
 
 ZOOM = 4.0
 """Width of the inset in thicknesses of the paper's solvent layer."""
@@ -39,8 +51,9 @@ coincide stay visible."""
 def profiles(dataset: xr.Dataset, stress: float | None = None) -> Figure:
     """Draw profiles for all stresses at the smoothest wall, and all roughnesses at one stress.
 
-    Dashed lines are of runs whose walls reached no steady speed; the dotted one is flow without
-    slip. The inset zooms in on the lower wall. Further dimensions get a row of panels each.
+    Lines are solid where the walls reached a steady speed, dashed where they did so only within
+    their error or in some of the runs, and dotted where they drift; the thin grey one is flow
+    without slip. The inset zooms in on the lower wall. Further dimensions get a row of panels each.
 
     Parameters
     ----------
@@ -50,7 +63,8 @@ def profiles(dataset: xr.Dataset, stress: float | None = None) -> Figure:
         Stress of the right panel [stress unit], or the one there is that is nearest to it; by
         default the paper's 0.15.
     """
-    table = with_dimensions(mean_over_seeds(dataset), "stress", "roughness")
+    table = mean_over_seeds(dataset).assign(walls=_state_of_walls(dataset))
+    table = with_dimensions(table, "stress", "roughness")
     rows = facets(table, "stress", "roughness")
     figure, panels = grid_of_panels(len(rows), 2, width=WIDE, height=3.0)
     wanted = paper.PROFILE_STRESS.value if stress is None else stress
@@ -59,10 +73,33 @@ def profiles(dataset: xr.Dataset, stress: float | None = None) -> Figure:
         left.set_ylabel(above(title, r"$v_\mathrm{norm}$ [1]"))
         right.tick_params(labelleft=False)
     legend_above(figure, panels[0][0], most=7)
-    dashed = not bool((table["steady_wall"] | (table["status"] != "done")).all())
-    words = "dashed: walls not steady" if dashed else ""
-    note_missing(figure, dataset, words, known=("stress", "roughness"))
+    note_missing(figure, dataset, _explained(table), known=("stress", "roughness"))
     return figure
+
+
+def _state_of_walls(dataset: xr.Dataset) -> xr.DataArray:
+    """Return the state of the walls of each cell, a key of `STATES`.
+
+    It is the verdict on all seeds together, where the dataset has one, or else by how many of them
+    have steady walls.
+    """
+    mean = mean_over_seeds(dataset)
+    if "verdict_wall" in mean:
+        found = verdicts(mean, "steady_wall").reshape(mean["steady_wall"].shape)
+        return mean["steady_wall"].copy(data=found)
+    steady = dataset["steady_wall"] & (dataset["status"] == "done")
+    some = steady.any("seed") if "seed" in steady.dims else steady
+    found = np.where(mean["steady_wall"], STEADY, np.where(some, SOME, DRIFTING))
+    return mean["steady_wall"].copy(data=found.astype(object))
+
+
+def _explained(table: xr.Dataset) -> str:
+    """Say what the lines mean that occur, and the bands where there are any."""
+    seen = set(table["walls"].values[table["status"].values == "done"].tolist())
+    words = [meaning for state, (_, meaning) in STATES.items() if state in seen]
+    if np.isfinite(table["normalised_velocity_error"]).any():
+        words.append("bands: standard errors")
+    return "; ".join([*words, "thin grey: no slip", "inset: at the lower wall"])
 
 
 def _draw_row(cell: xr.Dataset, wanted: float, left: Axes, right: Axes) -> None:
@@ -100,7 +137,7 @@ def _draw_profile(
 ) -> None:
     if not np.isfinite(line["normalised_velocity"].values).any():
         return
-    style = "-" if bool(line["steady_wall"]) else LINES[1]
+    style, _ = STATES[line["walls"].item()]
     draw_normalised(axes, line, colour, linestyle=style, linewidth=width, label=label or None)
 
 
@@ -133,7 +170,8 @@ def draw_normalised(axes: Axes, profile: xr.Dataset, colour: Any, **look: Any) -
 def _keep_profile(axes: Axes, panel: str, line: xr.Dataset) -> None:
     """Keep the numbers of a profile, where there is one."""
     if np.isfinite(line["normalised_velocity"].values).any():
-        kind = "walls steady" if bool(line["steady_wall"]) else "walls not steady"
+        state = line["walls"].item()
+        kind = SOME if state == SOME else f"walls {state}"
         names = ("normalised_position", "normalised_velocity", "normalised_velocity_error")
         show(axes, panel, kind, {name: quantity(line[name]) for name in names}, place(line))
 
