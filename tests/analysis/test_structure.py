@@ -256,8 +256,8 @@ def test_the_page_draws_what_there_is(table, axes):
         table["status"] = table["status"].transpose(name, ...)
     figure = draw("structure", table)
     series = shown(figure)
-    assert {each.panel for each in series} >= {"a", "b", "c", "d", "e"}
-    films = [each for each in series if each.panel == "d"]
+    assert {each.panel for each in series} >= set("abcdefg")
+    films = [each for each in series if each.panel == "e"]
     assert sum(len(each.points["wall_film"].values) for each in films) == 5 * max(
         (len(values) for values in axes.values()), default=1
     )
@@ -271,11 +271,11 @@ def written(figure):
 
 
 def test_panels_without_snapshots_say_so(table):
-    names = ("deformation", "orientation", "wall_film", "correlation_length")
+    names = ("deformation", "orientation", "wall_film", "first_layer_gap", "correlation_length")
     bare = table.assign({name: xr.full_like(table[name], np.nan) for name in names})
     bare["structure_snapshots"] = xr.zeros_like(bare["structure_snapshots"])
     panels, said = written(draw("structure", bare))
-    for panel in panels[1:5]:
+    for panel in panels[2:7]:
         assert "no snapshot in a steady window" in panel
     assert "no snapshot" not in panels[0]
     assert "whether runs are steady is not in this dataset" in said
@@ -287,7 +287,7 @@ def test_lengths_of_drifting_runs_are_open_where_the_dataset_says_so(table):
     figure = draw("structure", flags)
     _, said = written(figure)
     assert "open, dashed bars: drifting" in said
-    for panel, face in ((3, None), (4, "white")):
+    for panel, face in ((4, None), (6, "white")):
         points = [line for line in figure.axes[panel].lines if len(line.get_xdata())]
         marked = {line.get_markerfacecolor() for line in points if line.get_marker() == "o"}
         assert (marked == {face}) == (face == "white")

@@ -42,27 +42,38 @@ from softslip.analysis.observables import mean_over_seeds
 
 PROFILES = {
     "fluidity": ("a", r"fluidity $\dot\gamma/\sigma$ [1 / time unit / stress unit]"),
-    "deformation": ("b", r"deformation $D$ [1]"),
-    "orientation": ("c", r"angle of long axis to $x$ [degree]"),
+    "particle_stress": ("b", r"particles' stress $\sigma_p$ [stress unit]"),
+    "deformation": ("c", r"deformation $D$ [1]"),
+    "orientation": ("d", r"angle of long axis to $x$ [degree]"),
 }
 """What is drawn against the distance from the wall: its panel and its axis."""
 
 LENGTHS = {
-    "wall_film": ("d", r"wall film [range of repulsion]", "steady_wall"),
-    "correlation_length": ("e", r"velocity correlation $\xi_v/R$ [1]", "steady_bulk"),
-    "cooperativity_length": ("f", r"cooperativity $\xi/R$ [1]", "steady_bulk"),
+    "wall_film": ("e", r"wall film [range of repulsion]", "steady_wall"),
+    "first_layer_gap": ("f", r"gap of first layer [range of repulsion]", "steady_wall"),
+    "correlation_length": ("g", r"velocity correlation $\xi_v/R$ [1]", "steady_bulk"),
+    "cooperativity_length": ("h", r"cooperativity $\xi/R$ [1]", "steady_bulk"),
 }
 """What is drawn against the drive: its panel, its axis, and the flag of its steady state."""
 
-FROM_SNAPSHOTS = {"deformation", "orientation", "wall_film", "correlation_length"}
+FROM_SNAPSHOTS = {
+    "deformation",
+    "orientation",
+    "wall_film",
+    "first_layer_gap",
+    "correlation_length",
+}
 """What is measured in snapshots of particles; all else is in profiles of the flow."""
 
 STATES = {
-    STEADY: "(d-f) filled: steady",
+    STEADY: "(e-h) filled: steady",
     WITHIN_ERROR: "half filled: no trend, but a large standard error",
     DRIFTING: "open, dashed bars: drifting",
 }
 """What symbols mean whose bars do not span a drift."""
+
+PAGE = 1.3 * WIDE
+"""Width of the page, of four panels a row [inch]."""
 
 FEWEST = 2
 """Fewest finite points that make a line."""
@@ -72,11 +83,13 @@ FEWEST = 2
 def structure_page(dataset: xr.Dataset) -> Figure:
     """Draw profiles of fluidity and shape from the wall inwards, and lengths against the drive.
 
-    (a) local shear rate over stress, (b) deformation and (c) orientation of particles against the
-    distance from the nearer wall: a colour for each stress, solid between the first walls of the
-    family, dashed between the last. (d) Median film along the walls, with a bar from the 10 % to
-    the 90 % quantile; (e) length over which velocities across the flow are correlated along it;
-    (f) length over which walls change the fluidity. Shades and the other bars are standard errors.
+    (a) Local shear rate over stress, (b) the stress that particles carry, (c) their deformation and
+    (d) orientation against the distance from the nearer wall: a colour for each stress, solid
+    between the first walls of the family, dashed between the last. (e) Median film along the
+    walls, with a bar from the 10 % to the 90 % quantile; (f) mean gap between the wall and the
+    particles of the first layer, which lift off as it grows; (g) length over which velocities
+    across the flow are correlated along it; (h) length over which walls change the fluidity.
+    Shades and the other bars are standard errors.
     Further dimensions get two rows of panels each.
 
     Parameters
@@ -90,14 +103,15 @@ def structure_page(dataset: xr.Dataset) -> Figure:
     family = family_of(table, drive)
     known = (drive, family.dim)
     rows = facets(table, *known)
-    figure, panels = grid_of_panels(2 * len(rows), 3, width=WIDE, height=2.5)
+    columns = len(PROFILES)
+    figure, panels = grid_of_panels(2 * len(rows), columns, width=PAGE, height=2.5)
     for number, (title, chosen) in enumerate(rows):
         top, bottom = panels[2 * number : 2 * number + 2]
         _draw_profiles(table.sel(chosen), drive, family, top)
         _draw_lengths(table.sel(chosen), drive, family, bottom)
         top[0].set_ylabel(above(title, top[0].get_ylabel()))
     for row in (0, 1):
-        for column in range(3):
+        for column in range(columns):
             share_limits([each[column] for each in panels[row::2]])
     legend_above(figure, panels[1][0])
     note_missing(figure, dataset, _explained(table, drive, family), known=known)
@@ -107,11 +121,11 @@ def structure_page(dataset: xr.Dataset) -> Figure:
 def _explained(table: xr.Dataset, drive: str, family: Family) -> str:
     """Say what colours and lines mean."""
     low, high = (f"{float(end):.3g}" for end in (table[drive].min(), table[drive].max()))
-    words = f"(a-c) colour: {symbol(drive)} from {low} (light) to {high} (dark)"
+    words = f"(a-d) colour: {symbol(drive)} from {low} (light) to {high} (dark)"
     first, last = (named(family.dim, family.values[end]) for end in (0, -1))
     if len(family.values) > 1:
         words += f", solid: {first}, dashed: {last}"
-    bars = "bars and bands: standard errors, (d) from the 10 % to the 90 % quantile along the walls"
+    bars = "bars and bands: standard errors, (e) from the 10 % to the 90 % quantile along the walls"
     return f"{words}; {bars}; {_explained_states(table)}"
 
 
@@ -120,7 +134,7 @@ def _explained_states(table: xr.Dataset) -> str:
     done = (table["status"] == "done").values.ravel()
     flags = {flag for _, _, flag in LENGTHS.values()}
     if not any(flag in table for flag in flags):
-        return "(d-f) whether runs are steady is not in this dataset: see the flow curves"
+        return "(e-h) whether runs are steady is not in this dataset: see the flow curves"
     seen = {str(each) for flag in flags for each in _states(table, flag)[done]}
     return "; ".join(words for state, words in STATES.items() if state in seen)
 
@@ -187,7 +201,7 @@ def _draw_lengths(cell: xr.Dataset, drive: str, family: Family, panels: list[Axe
             values, spread = _with_bars(line, name)
             known = np.isfinite(values)
             look = family.look(number)
-            if panel == "d" and named_so:
+            if panel == "e" and named_so:
                 axes.plot([], [], linestyle="none", label=named_so, **look)
             if not known.any():
                 continue
