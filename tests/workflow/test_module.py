@@ -144,6 +144,28 @@ def test_tables_figures_and_pages_of_a_module_are_below_its_prefix(
     assert not (tmp_path / "results").exists()
 
 
+def test_a_module_takes_a_scenario_from_packing_to_figures_below_its_prefix(
+    tmp_path: Path,
+) -> None:
+    scenario = ROOT / "config" / "ci.yaml"
+    text = SNAKEFILE.format(
+        snakefile=str(ROOT / "workflow" / "Snakefile"),
+        prefix='prefix: "out"',
+        results="out/results/ci",
+        run="none",
+    )
+    (tmp_path / "Snakefile").write_text(text.replace("tiny.yaml", str(scenario)))
+    results = tmp_path / "out" / "results" / "ci"
+    wanted = [results / "fits.nc", results / "figures" / "fig5.png"]
+    status, said = snakemake(tmp_path, *(str(each.relative_to(tmp_path)) for each in wanted))
+    assert status == 0, said
+    assert all(each.is_file() for each in wanted)
+    table = load_scenario(str(scenario)).stage_table
+    for stage in ("packing", "expansion", "ageing", "shear"):
+        assert {each.stem for each in (results / stage).glob("*.nc")} == set(table(stage))
+    assert {each.name for each in tmp_path.iterdir()} == {".snakemake", "Snakefile", "out"}
+
+
 def test_a_python_without_softslip_is_named(tmp_path: Path) -> None:
     code = (
         "import sys; sys.modules['softslip'] = None; "
