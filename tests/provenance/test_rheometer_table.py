@@ -8,6 +8,8 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from rheology_fit.data import load_flow_curve_csv
+from rheology_fit.models import fit_model
 from scipy.optimize import curve_fit
 from synthetic import sweep
 from typer.testing import CliRunner
@@ -86,6 +88,24 @@ def test_a_fit_to_the_table_is_the_fit_to_the_dataset(kind, units):
     apart = [standard_errors_apart(labelled(curve), units) for curve in drawn]
     assert max(apart) < 1.0, apart
     assert np.median(apart) < 0.2, apart
+
+
+def test_a_program_of_the_laboratory_finds_the_law_in_the_table(units, tmp_path):
+    """rheology-fit reads the file as it is, and gives all of its points the same weight."""
+    true = CURVES["paper"]
+    file = tmp_path / "flow_curve.csv"
+    for seed in range(1, 6):
+        curve = labelled(true.drawn(np.random.default_rng(seed)))
+        with file.open("w") as opened:
+            rheometer_table(curve, LABORATORY).write(opened)
+        data = load_flow_curve_csv(file)
+        assert (data.shear_stress_std > 0).all()
+        found = fit_model(data, "HerschelBulkley")
+        ours = in_lab_units(herschel_bulkley(curve), units, "pooled_")
+        apart = np.array(list(found.params.values())) - ours
+        assert np.abs(apart / list(found.param_errors.values())) == pytest.approx(0, abs=2)
+        assert found.params["n"] == pytest.approx(true.flow_index, rel=0.15)
+        assert found.params["tau0"] == pytest.approx(true.yield_stress * units.stress, rel=0.15)
 
 
 def test_numbers_are_those_of_the_dataset_in_other_units(curve, units):
