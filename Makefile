@@ -94,7 +94,7 @@ dist: env ## build the source distribution and the wheel in dist/
 test: check ## run the checks and the fast tests
 	@$(BIN)/pytest --numprocesses $(CORES)
 
-test-slurm: env slurm ## run the workflow on a cluster of one machine, with trouble (1 h, 2 cores, as root)
+test-slurm: env slurm ## run the workflow on a cluster of one machine, with trouble (50 min, 2 cores, as root)
 	@SOFTSLIP_SLURM=results/slurm.json $(BIN)/pytest tests/slurm -m slurm
 
 reliability: env ## kill, fill and damage what runs depend on, at full size (½ h, 1 core)
