@@ -19,7 +19,7 @@ Folder = Annotated[
 NEXT = """\
 {count} written to {folder}: the workflow, its scenarios and its settings.
 
-Run the demo, ten minutes on two cores; stopped at any time, the same command resumes it:
+Run the demo, 9 to 15 minutes on two cores; stopped at any time, the same command resumes it:
 
     cd {quoted}
     snakemake --cores 2
