@@ -154,9 +154,10 @@ def test_memory_grows_with_nodes_and_mesh() -> None:
 def test_the_profile_for_slurm_names_the_stages_that_resume() -> None:
     profile = yaml.safe_load((ROOT / "profiles" / "slurm" / "config.yaml").read_text())
     assert tuple(profile["preemptible-rules"]) == FLOWING
-    assert tuple(profile["set-resources"]) == FLOWING
-    for resources in profile["set-resources"].values():
-        warning = int(resources["slurm_extra"].strip("'").removeprefix("--signal=TERM@"))
+    assert tuple(profile["set-resources"]) == (*FLOWING, "snapshot")
+    for stage in FLOWING:
+        asked = profile["set-resources"][stage]["slurm_extra"]
+        warning = int(asked.strip("'").removeprefix("--signal=TERM@"))
         # The controller looks every half minute.
         assert warning + 30 == STOPPING
     grouped = [entry.partition("=")[0] for entry in profile["groups"]]

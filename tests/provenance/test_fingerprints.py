@@ -95,9 +95,10 @@ TABLE = [
     ("fit compare draw coverage", "analysis.fits.finite_size analysis.fits.points"),
     ("fit coverage", "analysis.fits analysis.fits.branches analysis.fits.critical_roughness"),
     ("fit coverage", "analysis.fits.likelihood analysis.fits.measured_points"),
-    ("fit coverage", "analysis.fits.outcomes analysis.fits.powers analysis.fits.slip"),
+    ("fit coverage", "analysis.fits.outcomes analysis.fits.slip"),
+    ("fit draw coverage", "analysis.fits.powers"),
     # It only collects names.
-    ("", "studies.coverage studies.coverage.coverage_markdown"),
+    ("", "studies.coverage studies.coverage.claims studies.coverage.coverage_markdown"),
     ("coverage", "studies.coverage.*"),
     # Shown by Python alone, not kept among results.
     ("", "analysis.figures.single_run"),
