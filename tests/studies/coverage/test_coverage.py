@@ -35,6 +35,8 @@ APART = {
     ("noisy flow", "yielding_time"),
     # Those that are found have the error of a minimum that is cut off by the end of the run.
     ("late yielding", "yielding_time"),
+    # Noise as large as slip passes half of it at any time.
+    ("scatter", "slip_time"),
 }
 """Kinds of runs, and what of them the document says to be further off than it should."""
 
@@ -241,7 +243,7 @@ def test_a_claim_that_is_not_kept_is_in_a_table_of_its_own(small):
 
 def test_all_published_intervals_hold_the_truth_within_five_points():
     for claim in claims(read_dataset(PUBLISHED, stage="coverage")):
-        doubt = 3 * np.sqrt(np.multiply(CLAIMED, np.subtract(1, CLAIMED)) / claim.intervals)
+        doubt = 2 * np.sqrt(np.multiply(CLAIMED, np.subtract(1, CLAIMED)) / claim.intervals)
         apart = np.abs(np.subtract(claim.shares, CLAIMED))
         expected = (claim.kind, claim.estimate) in APART
         assert expected or (apart < 0.05 + doubt).all(), claim
