@@ -19,6 +19,7 @@ from softslip.analysis.figures.drawing import (
 )
 from softslip.analysis.figures.markers import (
     DRIFTING,
+    MEANINGS,
     STEADY,
     WITHIN_ERROR,
     draw_points,
@@ -67,7 +68,7 @@ FROM_SNAPSHOTS = {
 
 STATES = {
     STEADY: "(e-h) filled: steady",
-    WITHIN_ERROR: "half filled: no trend, but a large standard error",
+    WITHIN_ERROR: MEANINGS[WITHIN_ERROR],
     DRIFTING: "open, dashed bars: drifting",
 }
 """What symbols mean whose bars do not span a drift."""
