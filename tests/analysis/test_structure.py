@@ -11,10 +11,13 @@ from scenes import generator
 from synthetic import HEIGHT, LENGTH, RADIUS, shear_run, sweep
 
 from softslip.analysis.figures import draw
+from softslip.analysis.figures.markers import DRIFTING, STEADY
 from softslip.analysis.figures.shown import shown
+from softslip.analysis.observables import mean_over_seeds
 from softslip.analysis.observables.contours import contours, film_thickness, shapes
 from softslip.analysis.observables.series import parameters_of
 from softslip.analysis.observables.structure import cooperativity_length, structure
+from softslip.analysis.observables.tables import flow_curve
 from softslip.errors import DatasetError
 from softslip.files.dataset_check import check_dataset
 
@@ -274,16 +277,28 @@ def test_panels_without_snapshots_say_so(table):
     names = ("deformation", "orientation", "wall_film", "first_layer_gap", "correlation_length")
     bare = table.assign({name: xr.full_like(table[name], np.nan) for name in names})
     bare["structure_snapshots"] = xr.zeros_like(bare["structure_snapshots"])
-    panels, said = written(draw("structure", bare))
+    panels, _ = written(draw("structure", bare))
     for panel in panels[2:7]:
         assert "no snapshot in a steady window" in panel
     assert "no snapshot" not in panels[0]
-    assert "whether runs are steady is not in this dataset" in said
 
 
-def test_lengths_of_drifting_runs_are_open_where_the_dataset_says_so(table):
+def test_seeds_are_judged_as_in_the_flow_curve():
+    runs = sweep((0.05, 0.15, 0.3, 0.5), (0.0, 0.59), (1, 2), duration=300.0)
+    found, curve = (mean_over_seeds(part(runs)) for part in (structure, flow_curve))
+    for name in ("verdict_wall", "verdict_bulk", "steady_wall", "steady_bulk"):
+        assert (found[name] == curve[name]).all()
+    assert len(set(found["verdict_bulk"].values.ravel())) > 1
+
+
+def test_lengths_of_drifting_runs_are_open(table):
     done = table["status"] == "done"
-    flags = table.assign(steady_wall=done, steady_bulk=xr.zeros_like(done))
+    flags = table.assign(
+        steady_wall=done,
+        verdict_wall=xr.where(done, STEADY, ""),
+        steady_bulk=xr.zeros_like(done),
+        verdict_bulk=xr.where(done, DRIFTING, ""),
+    )
     figure = draw("structure", flags)
     _, said = written(figure)
     assert "open, dashed bars: drifting" in said

@@ -33,7 +33,6 @@ UNKNOWN = {
     "ageing": {"film_thickness"},
     "shear": {"film_thickness"},
     "creep": {"shear_rate_wall", "shear_rate_bulk", "slip_velocity"},
-    "profiles": {"normalised_velocity", "normalised_velocity_error"},
     "comparison": {
         f"{name}{end}"
         for name in COMPARED
@@ -44,6 +43,8 @@ UNKNOWN = {
 
 KNOWN = {
     "flow_curve": {"shear_rate_wall", "steady_from", "shear_stress", "snapshots_used"},
+    "profiles": {"shear_rate_wall"},
+    "structure": {"shear_rate_wall", "structure_snapshots"},
     "fits": {
         *("reduced_chi_square", "yield_stress", "consistency", "flow_index"),
         *("pooled_reduced_chi_square", "pooled_yield_stress", "pooled_consistency"),

@@ -123,6 +123,8 @@ CREEP = Schema(
 PROFILES = Schema(
     {
         **_RUNS,
+        **_series("shear_rate_wall", known_where=DONE),
+        **_verdict("verdict_wall"),
         **_flag("steady_wall"),
         **of_quantity("normalised_position", "normalised_position", least=0.0, increasing=True),
         # Unknown where walls stand still, or no mesh line is at a wall.
@@ -165,6 +167,12 @@ STRUCTURE = Schema(
         **_with_error("correlation_length", least=0.0),
         **_with_error("cooperativity_length", above=0.0),
         **_mean("structure_snapshots", least=0.0, known_where=DONE),
+        **_series("shear_rate_wall", known_where=DONE),
+        **_series("shear_rate_bulk"),
+        **_verdict("verdict_wall"),
+        **_verdict("verdict_bulk"),
+        **_flag("steady_wall"),
+        **_flag("steady_bulk"),
     },
     sweep="status",
     shared=SHARED,

@@ -12,11 +12,12 @@ from synthetic import HEIGHT, LENGTH, shear_run, sweep
 from softslip.analysis import figures
 from softslip.analysis.figures import membranes
 from softslip.analysis.figures.drawing import COLOURS, LINES, MARKERS
-from softslip.analysis.figures.markers import DRIFTING, MEANINGS, STEADY
+from softslip.analysis.figures.markers import DRIFTING, MEANINGS, STEADY, WITHIN_ERROR
 from softslip.analysis.figures.panels import Family
 from softslip.analysis.figures.shown import shown
-from softslip.analysis.figures.velocity import SOME, STATES
+from softslip.analysis.figures.velocity import STATES
 from softslip.analysis.fits import fit_laws
+from softslip.analysis.observables import mean_over_seeds
 from softslip.analysis.observables.tables import creep, flow_curve, profiles
 from softslip.errors import DatasetError
 from softslip.files.stamps import check_figure
@@ -90,20 +91,25 @@ def test_every_state_of_any_panel_is_explained(curve):
     assert MEANINGS[DRIFTING] in said
 
 
-def test_walls_steady_in_some_of_the_seeds_have_a_line_of_their_own(runs):
+def test_walls_have_a_line_for_each_verdict_on_all_seeds_together(runs):
     one = profiles(runs).isel(seed=0, drop=True)
-    seeds = xr.concat([one] * 2, dim="seed").assign_coords(seed=[1, 2])
-    flags = {0.05: (True, True), 0.15: (True, False), 0.3: (False, False), 0.5: (True, True)}
-    steady = seeds["steady_wall"].copy()
-    for stress, each in flags.items():
-        steady.loc[{"stress": stress}] = xr.DataArray(list(each), dims="seed")
-    figure = figures.draw("fig4", seeds.assign(steady_wall=steady))
+    verdict = one["verdict_wall"].copy()
+    said_of = {0.05: STEADY, 0.15: WITHIN_ERROR, 0.3: DRIFTING, 0.5: STEADY}
+    for stress, each in said_of.items():
+        verdict.loc[{"stress": stress}] = each
+    table = one.assign(verdict_wall=verdict, steady_wall=verdict != DRIFTING)
+    figure = figures.draw("fig4", table)
     said = words(figure)
-    for meaning in ("solid: walls steady", "walls steady in some of the seeds", "walls drift"):
+    for _, meaning in STATES.values():
         assert meaning in said
     kinds = {one.name for one in shown(figure) if one.panel == "left"}
-    assert kinds == {f"walls {STEADY}", SOME, f"walls {DRIFTING}"}
-    assert len({STATES[state][0] for state in (STEADY, SOME, DRIFTING)}) == 3
+    assert kinds == {f"walls {state}" for state in STATES}
+    assert len({line for line, _ in STATES.values()}) == len(STATES)
+
+
+def test_profiles_judge_seeds_as_the_flow_curve_does(runs, curve):
+    pooled = mean_over_seeds(profiles(runs))
+    assert (pooled["verdict_wall"] == mean_over_seeds(curve)["verdict_wall"]).all()
 
 
 def test_every_wall_has_a_line_style_of_its_own():

@@ -6,7 +6,6 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from softslip.analysis.figures.drawing import (
     LINES,
@@ -134,17 +133,8 @@ def _explained_states(table: xr.Dataset) -> str:
     """Say what the symbols mean that occur."""
     done = (table["status"] == "done").values.ravel()
     flags = {flag for _, _, flag in LENGTHS.values()}
-    if not any(flag in table for flag in flags):
-        return "(e-h) whether runs are steady is not in this dataset: see the flow curves"
-    seen = {str(each) for flag in flags for each in _states(table, flag)[done]}
+    seen = {str(each) for flag in flags for each in verdicts(table, flag)[done]}
     return "; ".join(words for state, words in STATES.items() if state in seen)
-
-
-def _states(line: xr.Dataset, flag: str) -> NDArray[Any]:
-    """Return the verdict on each value, raveled: steady where the dataset does not say."""
-    if flag in line:
-        return verdicts(line, flag)
-    return np.full(line["status"].size, STEADY, dtype=object)
 
 
 def _why_empty(cell: xr.Dataset, name: str) -> str:
@@ -209,7 +199,7 @@ def _draw_lengths(cell: xr.Dataset, drive: str, family: Family, panels: list[Axe
             found = True
             bars = np.nan_to_num([each[known] for each in spread])
             stress = line[drive].values[known]
-            draw_points(axes, stress, values[known], bars, _states(line, flag)[known], look)
+            draw_points(axes, stress, values[known], bars, verdicts(line, flag)[known], look)
             points = {
                 drive: quantity(line[drive], stress),
                 name: quantity(line[name], values[known]),

@@ -28,16 +28,12 @@ from softslip.analysis.figures.panels import (
 from softslip.analysis.figures.shown import place, quantity, show
 from softslip.analysis.observables import mean_over_seeds
 
-SOME = "walls steady in some of the runs"
-"""State of the walls of runs that differ in their seeds, where there is no verdict on them all."""
-
 STATES: dict[str, tuple[Any, str]] = {
     STEADY: (LINES[0], "solid: walls steady"),
     WITHIN_ERROR: (LINES[1], "dashed: walls without a trend, but with a large standard error"),
-    SOME: (LINES[1], "dashed: walls steady in some of the seeds"),
     DRIFTING: (LINES[2], "dotted: walls drift"),
 }
-"""Line of each state of the walls, and what it means."""
+"""Line of each verdict on the walls, and what it means."""
 
 ZOOM = 4.0
 """Width of the inset in thicknesses of the paper's solvent layer."""
@@ -52,8 +48,8 @@ def profiles(dataset: xr.Dataset, stress: float | None = None) -> Figure:
     """Draw profiles for all stresses at the smoothest wall, and all roughnesses at one stress.
 
     Lines are solid where the walls reached a steady speed, dashed where they did so only within
-    their error or in some of the runs, and dotted where they drift; the thin grey one is flow
-    without slip. The inset zooms in on the lower wall. Further dimensions get a row of panels each.
+    their error, and dotted where they drift; the thin grey one is flow without slip. The inset
+    zooms in on the lower wall. Further dimensions get a row of panels each.
 
     Parameters
     ----------
@@ -63,8 +59,9 @@ def profiles(dataset: xr.Dataset, stress: float | None = None) -> Figure:
         Stress of the right panel [stress unit], or the one there is that is nearest to it; by
         default the paper's 0.15.
     """
-    table = mean_over_seeds(dataset).assign(walls=_state_of_walls(dataset))
-    table = with_dimensions(table, "stress", "roughness")
+    table = with_dimensions(mean_over_seeds(dataset), "stress", "roughness")
+    found = verdicts(table, "steady_wall").reshape(table["steady_wall"].shape)
+    table = table.assign(walls=table["steady_wall"].copy(data=found))
     rows = facets(table, "stress", "roughness")
     figure, panels = grid_of_panels(len(rows), 2, width=WIDE, height=3.0)
     wanted = paper.PROFILE_STRESS.value if stress is None else stress
@@ -75,22 +72,6 @@ def profiles(dataset: xr.Dataset, stress: float | None = None) -> Figure:
     legend_above(figure, panels[0][0], most=7)
     note_missing(figure, dataset, _explained(table), known=("stress", "roughness"))
     return figure
-
-
-def _state_of_walls(dataset: xr.Dataset) -> xr.DataArray:
-    """Return the state of the walls of each cell, a key of `STATES`.
-
-    It is the verdict on all seeds together, where the dataset has one, or else by how many of them
-    have steady walls.
-    """
-    mean = mean_over_seeds(dataset)
-    if "verdict_wall" in mean:
-        found = verdicts(mean, "steady_wall").reshape(mean["steady_wall"].shape)
-        return mean["steady_wall"].copy(data=found)
-    steady = dataset["steady_wall"] & (dataset["status"] == "done")
-    some = steady.any("seed") if "seed" in steady.dims else steady
-    found = np.where(mean["steady_wall"], STEADY, np.where(some, SOME, DRIFTING))
-    return mean["steady_wall"].copy(data=found.astype(object))
 
 
 def _explained(table: xr.Dataset) -> str:
@@ -170,8 +151,7 @@ def draw_normalised(axes: Axes, profile: xr.Dataset, colour: Any, **look: Any) -
 def _keep_profile(axes: Axes, panel: str, line: xr.Dataset) -> None:
     """Keep the numbers of a profile, where there is one."""
     if np.isfinite(line["normalised_velocity"].values).any():
-        state = line["walls"].item()
-        kind = SOME if state == SOME else f"walls {state}"
+        kind = f"walls {line['walls'].item()}"
         names = ("normalised_position", "normalised_velocity", "normalised_velocity_error")
         show(axes, panel, kind, {name: quantity(line[name]) for name in names}, place(line))
 

@@ -32,6 +32,9 @@ FLAGS = {
 VERDICT_NAMES = {name: flag.replace("steady", "verdict") for name, flag in FLAGS.items()}
 """The name of the verdict on each of those series."""
 
+MEAN_ENDINGS = ("_error", "_freedom", "_drift", "_drift_error")
+"""Ends of the names of what is told beside the mean of a series."""
+
 BULK = "shear_rate_bulk"
 """Series that must have flowed to be steady."""
 
@@ -128,6 +131,25 @@ def steady_state(run: xr.Dataset) -> xr.Dataset:
         "shear_stress_freedom": kept.freedom,
     }
     return described(xr.Dataset(told))
+
+
+def verdicts_of(steady: xr.Dataset, *names: str) -> xr.Dataset:
+    """Return of a steady state what `mean_over_seeds` takes to judge seeds of it together.
+
+    Parameters
+    ----------
+    steady
+        From `steady_state`.
+    names
+        Keys of `FLAGS`.
+
+    Returns
+    -------
+    xr.Dataset
+        The means of these series with their errors and drifts, verdicts and flags.
+    """
+    means = [f"{name}{end}" for name in names for end in ("", *MEAN_ENDINGS)]
+    return steady[[*means, *(words[name] for words in (VERDICT_NAMES, FLAGS) for name in names)]]
 
 
 def _estimates(name: str, window: Window | None, verdict: str) -> dict[str, float]:

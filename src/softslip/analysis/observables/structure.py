@@ -16,7 +16,7 @@ from softslip.analysis.observables.series import (
     parameters_of,
     profiles_from,
 )
-from softslip.analysis.observables.steady import steady_state
+from softslip.analysis.observables.steady import steady_state, verdicts_of
 from softslip.analysis.observables.tables import Runs, collect
 from softslip.analysis.observables.time_weights import snapshots_from, weighted
 from softslip.analysis.observables.velocity_fields import bulk_rows, non_affine_velocity
@@ -61,6 +61,7 @@ def structure(runs: Runs) -> xr.Dataset:
         the first layer, ``cooperativity_length``, ``correlation_length`` [mean radius],
         ``structure_snapshots``. Each with ``_error``: the standard error over snapshots
         or profiles, that of the fit for the cooperativity length. NaN where there is nothing.
+        Beside them the rates of walls and bulk with their verdicts, see `verdicts_of`.
     """
     pairs = [(labels, run) for labels, run in runs]
     reach = [_half_height(run) for _, run in pairs if run is not None]
@@ -79,7 +80,8 @@ def _half_height(run: xr.Dataset) -> float:
 
 def _structure_of(run: xr.Dataset, edges: FloatArray, wide: FloatArray) -> xr.Dataset:
     """Return all that `structure` says of one run, with bins for the flow and for particles."""
-    given, start = parameters_of(run), float(steady_state(run)["steady_from"])
+    given, steady = parameters_of(run), steady_state(run)
+    start = float(steady["steady_from"])
     numbers, weights = snapshots_from(run, start)
     chosen = numbers.tolist()
     stretch = _over(
@@ -100,7 +102,7 @@ def _structure_of(run: xr.Dataset, edges: FloatArray, wide: FloatArray) -> xr.Da
             0.5 * np.hypot(mean[:, 1] * error[:, 0], mean[:, 0] * error[:, 1]) / size**2
         )
         spread = np.hypot(mean[:, 0] * error[:, 0], mean[:, 1] * error[:, 1]) / size
-    return described(
+    found = described(
         xr.Dataset(
             {
                 "deformation": (along, size),
@@ -128,6 +130,7 @@ def _structure_of(run: xr.Dataset, edges: FloatArray, wide: FloatArray) -> xr.Da
             },
         )
     )
+    return found.merge(verdicts_of(steady, "shear_rate_wall", "shear_rate_bulk"))
 
 
 def _angle(stretch: FloatArray) -> FloatArray:

@@ -15,7 +15,7 @@ from softslip.analysis.observables.series import (
     record_edges,
 )
 from softslip.analysis.observables.slip_lengths import slip_lengths
-from softslip.analysis.observables.steady import FLAGS, steady_state
+from softslip.analysis.observables.steady import FLAGS, steady_state, verdicts_of
 from softslip.analysis.observables.timescales import slip_time, yielding_time
 from softslip.analysis.observables.velocity_fields import heterogeneity, mean_profile
 from softslip.config.parameters import Parameters
@@ -248,8 +248,8 @@ def profiles(runs: Runs) -> xr.Dataset:
     Returns
     -------
     xr.Dataset
-        ``normalised_velocity`` and its error along ``normalised_position``, and the flag
-        ``steady_wall`` of `steady_state`.
+        ``normalised_velocity`` and its error along ``normalised_position``, and whether walls
+        move steadily: the rate ``shear_rate_wall`` with its verdict, see `verdicts_of`.
     """
     pairs = [(labels, run) for labels, run in runs]
     counts = [run.sizes["wall_distance"] for _, run in pairs if run is not None]
@@ -278,4 +278,4 @@ def _profile_at(run: xr.Dataset, position: FloatArray) -> xr.Dataset:
             )
         },
     )
-    return lines.assign(steady_wall=steady_state(run)["steady_wall"])
+    return lines.merge(verdicts_of(steady_state(run), "shear_rate_wall"))
