@@ -168,6 +168,35 @@ def test_creep(runs):
     assert {one.at["seed"].values for one in series(figure, "a", "run")} == {1, 2}
 
 
+@pytest.mark.parametrize("chance", [0.3, 0.04])
+def test_collapse_of_creep(runs, chance):
+    table = flow_curve(runs)
+    known = np.isfinite(table["master_curve_spread_ratio"].values)
+    assert known.sum() >= 3
+    table["master_curve_spread_chance"][0] = chance
+    figure = figures.draw("fig8", creep(runs), table, fit_laws(table))
+    (kept,) = series(figure, "f", "collapse")
+    panel = figure.axes[5]
+    drawn = {
+        row: line.get_markerfacecolor()
+        for line in panel.lines
+        if is_data(line) and line.get_marker() == "o"
+        for row in zip(*map(np.ndarray.tolist, map(np.asarray, line.get_data())), strict=True)
+    }
+    assert points([kept], "stress", "master_curve_spread_ratio") == set(drawn)
+    assert len(drawn) == known.sum()
+    first = drawn[(0.05, float(table["master_curve_spread_ratio"][0]))]
+    assert (first == "white") == (chance < 0.05)
+
+
+def test_one_roughness_has_no_collapse():
+    alone = sweep((0.1, 0.3), (0.0,), duration=300.0)
+    table = flow_curve(alone)
+    figure = figures.draw("fig8", creep(alone), table, fit_laws(table))
+    assert "one roughness only" in [text.get_text() for text in figure.axes[5].texts]
+    assert not series(figure, "f")
+
+
 def test_profiles(runs):
     figure = figures.draw("fig4", profiles(runs))
     left, right = figure.axes[:2]

@@ -13,16 +13,19 @@ from softslip.analysis.figures.drawing import (
     LINES,
     WIDE,
     grid_of_panels,
+    label_decades,
     named,
     sequence,
     styled,
 )
+from softslip.analysis.figures.markers import DRIFTING, STEADY, draw_points
 from softslip.analysis.figures.panels import (
     ROUGHNESS,
     Family,
     above,
     columns_for,
     facets,
+    leave_empty,
     note_missing,
     of_all,
     selected,
@@ -35,9 +38,16 @@ from softslip.analysis.figures.timescale_panels import (
     yield_stress_of,
 )
 from softslip.analysis.observables import mean_over_seeds
+from softslip.analysis.observables.verdicts import SIGNIFICANCE
 
 THIN, THICK = 0.5, 1.4
 """Line widths of a single run and of a mean over runs [point]."""
+
+ROWS = 7
+"""Entries of the legend in the last panel that have one column."""
+
+ROOM = 3.0
+"""Height of the last panel over its largest value, for the legend."""
 
 KNOWN = ("stress", ROUGHNESS)
 """Dimensions that do not become rows of panels."""
@@ -53,8 +63,10 @@ def transients(dataset: xr.Dataset, flow_curve: xr.Dataset, fits: xr.Dataset) ->
     yields. (d, e) Yielding and slip time against the stress above yield, with the powers fitted to
     them, and the paper's through them where the material is the paper's; filled, half filled and
     open as other smoothings of the series bear them out (`timescale_panels.decided`). Rates that
-    are not positive leave gaps, and the figure says so. Further dimensions get two rows of panels
-    each.
+    are not positive leave gaps, and the figure says so. (f) How far the curves of (c) lie apart
+    that differ in roughness, over what seeds let expect (`observables.master_curves.collapse`);
+    open where chance has at least that spread in less than 5 % of cases. Further dimensions get two
+    rows of panels each.
 
     Parameters
     ----------
@@ -71,7 +83,7 @@ def transients(dataset: xr.Dataset, flow_curve: xr.Dataset, fits: xr.Dataset) ->
     rows = facets(mean, *KNOWN)
     figure, panels = grid_of_panels(2 * len(rows), 3, width=WIDE, height=2.75)
     family = Family.along(table, ROUGHNESS)
-    notes, seen = list[str](), set[str]()
+    notes, seen, apart = list[str](), set[str](), False
     for number, (title, chosen) in enumerate(rows):
         rates, times = panels[2 * number : 2 * number + 2]
         cell = table.sel(chosen)
@@ -83,13 +95,17 @@ def transients(dataset: xr.Dataset, flow_curve: xr.Dataset, fits: xr.Dataset) ->
         _mark_yielding(rates[2], cell, mean.sel(chosen), offset)
         seen |= draw_times(times[0], "d", cell, family, "yielding_time", offset, laws)
         seen |= draw_times(times[1], "e", cell, family, "slip_time", offset, laws)
+        apart |= _draw_collapse(times[2], cell)
         times[0].set_ylabel(above(title, times[0].get_ylabel()))
     _add_legends(figure, panels, mean, family)
     every = [mean[name].values for name in ("shear_rate_wall", "shear_rate_bulk")]
     with np.errstate(invalid="ignore"):
         gaps = any((rate <= 0).any() for rate in every)
     gap = "gaps: rate not positive" if gaps else ""
-    words = (_explained_lines(dataset), gap, *dict.fromkeys(notes), explained_times(seen))
+    words = (
+        *(_explained_lines(dataset), gap, *dict.fromkeys(notes), explained_times(seen)),
+        _explained_collapse(table, apart),
+    )
     note_missing(figure, dataset, *words, known=KNOWN)
     return figure
 
@@ -99,6 +115,14 @@ def _explained_lines(dataset: xr.Dataset) -> str:
     if dataset.sizes.get("seed", 1) == 1:
         return ""
     return "(a, b) thin lines: single seeds, thick: their mean; (c) means over seeds"
+
+
+def _explained_collapse(table: xr.Dataset, apart: bool) -> str:
+    """Say what is drawn of how curves collapse; whether some of them lie apart."""
+    if not np.isfinite(table["master_curve_spread_ratio"]).any():
+        return ""
+    words = "(f) at 1, curves differ between roughnesses as between seeds"
+    return f"{words}; open: by more than chance ({SIGNIFICANCE:.0%})" if apart else words
 
 
 def _draw_row(single: xr.Dataset, mean: xr.Dataset, family: Family, axes: list[Axes]) -> None:
@@ -175,10 +199,41 @@ def _mark_yielding(axes: Axes, cell: xr.Dataset, mean: xr.Dataset, yield_stress:
                 show(axes, "c", "yielding", points, place(line))
 
 
+def _draw_collapse(axes: Axes, cell: xr.Dataset) -> bool:
+    """Draw how well the bulk's curves of all roughnesses are one; tell whether some are not."""
+    axes.set_title("(f) collapse of (c)")
+    names = [f"master_curve_{end}" for end in ("spread_ratio", "spread_chance", "spread")]
+    ratio, chance, spread = (_of_first_roughness(cell[name]) for name in names)
+    stress = cell["stress"].values
+    known = np.isfinite(ratio.values)
+    if not known.any():
+        leave_empty(axes, "one roughness only" if cell.sizes[ROUGHNESS] < 2 else "not known")
+        return False
+    apart = known & (chance.values < SIGNIFICANCE)
+    states = np.where(apart, DRIFTING, STEADY)[known]
+    axes.set(xscale="log", xlabel=r"$\sigma$ [stress unit]", ylabel="spread over expected [1]")
+    axes.axhline(1.0, color="0.7", linewidth=0.8, zorder=0)
+    look = {"color": "black", "marker": "o", "markersize": 5.5}
+    height = ratio.values[known]
+    draw_points(axes, stress[known], height, np.zeros(len(height)), states, look)
+    label_decades(axes.xaxis)
+    axes.set_ylim(0.0, ROOM * max(1.0, height.max()))
+    points = {"stress": quantity(cell["stress"], stress[known])}
+    for name, each in zip(names, (ratio, chance, spread), strict=True):
+        points[name] = quantity(each, each.values[known])
+    show(axes, "f", "collapse", points, place(ratio))
+    return bool(apart.any())
+
+
+def _of_first_roughness(values: xr.DataArray) -> xr.DataArray:
+    """Return what all roughnesses say together, where it was given a dimension of one of them."""
+    return values.isel({ROUGHNESS: 0}) if ROUGHNESS in values.dims else values
+
+
 def _add_legends(
     figure: Figure, panels: list[list[Axes]], mean: xr.Dataset, family: Family
 ) -> None:
-    """Explain the colours above the panels; lines and markers where the last panel would be."""
+    """Explain the colours above the panels, lines and markers in the room of the last one."""
     stresses = mean["stress"].values
     colours = [
         Line2D([], [], color=colour, linewidth=THICK, label=named("stress", stress))
@@ -205,6 +260,8 @@ def _add_legends(
         "color": "0.6",
     }
     mark = Line2D([], [], markeredgecolor="black", label=r"$\tau_y$ in (c)", **triangle)
-    for row in panels[1::2]:
-        row[2].set_axis_off()
-    panels[1][2].legend(handles=[*styles, *points, mark], loc="center left", fontsize=7.5)
+    handles = [*styles, *points, mark]
+    columns = columns_for(len(handles), 2) if len(handles) > ROWS else 1
+    panels[1][2].legend(
+        handles=handles, loc="upper left", fontsize=7, ncols=columns, columnspacing=1.0
+    )
