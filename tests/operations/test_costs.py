@@ -242,14 +242,6 @@ def test_finished_runs_correct_the_estimate() -> None:
     assert found.factor == shipped().factors["shear"], "two runs tell little of their scatter"
 
 
-def test_several_finished_runs_tell_of_their_scatter() -> None:
-    """The logarithms are -1, 0, 1 times ln 2; the new run and the mean both scatter."""
-    runs = [measured(0.1, 1.0), measured(0.2, 2.0), measured(0.5, 4.0)]
-    found = shipped().correction("shear", runs)
-    assert found.core_seconds == pytest.approx(2.0, rel=1e-9)
-    assert found.factor == pytest.approx(math.exp(2 * math.log(2) * math.sqrt(4 / 3)), rel=1e-9)
-
-
 def test_without_finished_runs_nothing_is_corrected() -> None:
     found = shipped().correction("shear", [])
     assert (found.runs, found.core_seconds, found.size) == (0, 1.0, 1.0)

@@ -1,11 +1,14 @@
 """How requests fit finished runs follows from what these took over their estimates."""
 
+import math
+
 import numpy as np
 import pytest
 from plans_synthetic import leave
 from runs_synthetic import Work
 
 from softslip.config.scenario import Scenario
+from softslip.operations.correction import FinishedRun, condition_of, correction
 from softslip.operations.costs import shipped
 from softslip.operations.job_requests import MARGIN
 from softslip.operations.request_fit import OTHERS, SHIPPED, request_fits
@@ -29,7 +32,15 @@ def test_requests_are_compared_with_what_runs_took(scenario: Scenario, work: Wor
     np.testing.assert_allclose(fits[SHIPPED].ratios, ratios, rtol=1e-12)
     assert fits[SHIPPED].within == pytest.approx(0.75), "the first requests twice as much"
     assert fits[SHIPPED].sufficient == pytest.approx(0.75), "the third takes twice as long"
-    others = np.array([2.0, 1.0, 0.5, 1.0]) ** (1 / 3)
+    rows = list(scenario.stage_table("shear").values())[: len(TOOK)]
+    done = [
+        FinishedRun(condition_of(row.parameters), math.log(over), 0.0)
+        for row, over in zip(rows, TOOK, strict=True)
+    ]
+    others = [
+        correction([*done[:own], *done[own + 1 :]], 1.0).at(row.parameters).core_seconds
+        for own, row in enumerate(rows)
+    ]
     np.testing.assert_allclose(fits[OTHERS].ratios, ratios * others, rtol=1e-12)
 
 

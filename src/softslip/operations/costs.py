@@ -22,20 +22,21 @@ from typing import Any
 import numpy as np
 
 from softslip.config.parameters import Parameters
+from softslip.operations.correction import (
+    SURE,
+    Correction,
+    FinishedRun,
+    condition_of,
+    correction,
+)
 from softslip.operations.workload import evaluations, load, stored
 
 TABLE = Path(__file__).with_name("costs.json")
 """The measured runs that come with the package."""
 
-SURE = 2.0
-"""Standard deviations of the logarithm that the stated factor of uncertainty spans."""
-
 LINE_CONSTANTS, FLOW_CONSTANTS = 2, 11
 """Constants fitted for a preparing stage, and for ageing and shear together: two lines, two power
 laws of two features, and the steps at the start."""
-
-FEWEST_RUNS = 3
-"""Finished runs of the scenario from which on the scatter is theirs, not that of the table."""
 
 
 @dataclass(frozen=True)
@@ -73,29 +74,9 @@ class Estimate:
     core_seconds: float
     size: float
 
-    def corrected(self, correction: "Correction") -> "Estimate":
+    def corrected(self, correction: Correction) -> "Estimate":
         """Return the estimate in the light of finished runs."""
         return Estimate(self.core_seconds * correction.core_seconds, self.size * correction.size)
-
-
-@dataclass(frozen=True)
-class Correction:
-    """How finished runs of a stage compare with the model.
-
-    Attributes
-    ----------
-    runs
-        How many there are.
-    core_seconds, size
-        Geometric mean of measured over estimated.
-    factor
-        Of uncertainty of the estimated time of one run, upwards and downwards.
-    """
-
-    runs: int
-    core_seconds: float
-    size: float
-    factor: float
 
 
 Line = tuple[float, float]
@@ -159,22 +140,18 @@ class Costs:
         least, each = self._sizes[stage]
         return Estimate(start + slope * work, least + each * stored(stage, parameters))
 
+    def corrected(self, stage: str, parameters: Parameters, correction: Correction) -> Estimate:
+        """Return what a stage of a run takes by the table and by finished runs of that stage."""
+        return self.estimate(stage, parameters).corrected(correction.at(parameters))
+
     def correction(self, stage: str, finished: Iterable[Measured]) -> Correction:
         """Return how finished runs of a stage, if any, compare with the estimates."""
-        times, sizes = [], []
+        compared = []
         for run in finished:
             estimate = self.estimate(stage, run.parameters)
-            times.append(math.log(run.core_seconds / estimate.core_seconds))
-            sizes.append(math.log(run.size / estimate.size))
-        if not times:
-            return Correction(0, 1.0, 1.0, self.factors[stage])
-        factor = self.factors[stage]
-        if len(times) >= FEWEST_RUNS:
-            # The mean of a few is uncertain too.
-            spread = float(np.std(times, ddof=1)) * math.sqrt(1 + 1 / len(times))
-            factor = math.exp(SURE * spread)
-        mean_time, mean_size = float(np.mean(times)), float(np.mean(sizes))
-        return Correction(len(times), math.exp(mean_time), math.exp(mean_size), factor)
+            ratios = run.core_seconds / estimate.core_seconds, run.size / estimate.size
+            compared.append(FinishedRun(condition_of(run.parameters), *map(math.log, ratios)))
+        return correction(compared, self.factors[stage])
 
     def _scatter(self, table: Sequence[Measured], stage: str) -> float:
         errors = [

@@ -2,9 +2,10 @@
 
 Time is what `softslip plan` estimates to be left. A run with a checkpoint goes by its own rate so
 far, another by the estimate of `operations.costs` in the light of the scenario's finished runs, so
-that requests come to fit the cluster that they are made on. It is asked for `MARGIN` times that,
-which is at most `SLACK` times what is used as long as the estimate is right within `MARGIN`. Where
-it is not, the run is told to stop, writes a checkpoint, and is submitted again.
+that requests come to fit the cluster that they are made on. It is asked for `MARGIN` times that:
+enough as long as the run takes no more than that, and at most `SLACK` times what is used where it
+takes 0.8 times its estimate or more. Where it is not enough, the run is told to stop, writes a
+checkpoint, and is submitted again.
 """
 
 import math
@@ -16,15 +17,17 @@ from softslip.config.parameters import Parameters
 from softslip.config.scenario import Scenario
 from softslip.config.stages import FLOWING
 from softslip.operations.checkpoint_files import checkpointed_progress
-from softslip.operations.costs import Correction, shipped
+from softslip.operations.correction import Correction
+from softslip.operations.costs import shipped
 from softslip.operations.planning import continued_part, corrections
 from softslip.operations.workload import mesh_points, nodes
 
 SLACK = 1.5
 """Most time to ask for over the time that is used."""
 
-MARGIN = math.sqrt(SLACK)
-"""Time that is asked for over the estimate."""
+MARGIN = 1.2
+"""Time that is asked for over the estimate: near the root of `SLACK`, so that too much and too
+little are about as rare."""
 
 STARTING = 20.0
 """Seconds from the start of a job until its run begins to work: two Snakemakes, one in the job and
@@ -92,7 +95,7 @@ class JobRequests:
         row = self._scenario.stage_table(stage)[run]
         estimate = shipped().estimate(stage, row.parameters)
         if stage in self._corrections:
-            estimate = estimate.corrected(self._corrections[stage])
+            estimate = shipped().corrected(stage, row.parameters, self._corrections[stage])
         return estimate.core_seconds * (1 - continued_part(self._results, row))
 
     def minutes(self, stage: str, run: str, attempt: int = 1) -> int:

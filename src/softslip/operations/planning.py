@@ -23,7 +23,8 @@ from softslip.errors import CheckpointError, DatasetError
 from softslip.files.labels import text_attributes
 from softslip.files.layout import CHECKPOINTS
 from softslip.files.storage import CONTENT_DIGEST
-from softslip.operations.costs import Correction, Costs, Estimate, Measured, shipped
+from softslip.operations.correction import Correction
+from softslip.operations.costs import Costs, Estimate, Measured, shipped
 from softslip.operations.listing import ListedFile
 from softslip.operations.scenario_status import RunStatus, ScenarioStatus, scenario_status
 from softslip.operations.schedule import (
@@ -110,7 +111,7 @@ def make_plan(
             action = _action(run, reason, (stage, run.run) in datasets, run_before(row) in reasons)
             estimate = Estimate(0.0, 0.0)
             if action in OPEN:
-                estimate = costs.estimate(stage, row.parameters).corrected(corrected[stage])
+                estimate = costs.corrected(stage, row.parameters, corrected[stage])
             new = run.run not in others[stage] if others else reason == Reason.MISSING
             done = continued_part(results, row) if action == Action.BEGIN else 0.0
             if done and run_before(row) not in reasons:

@@ -88,7 +88,9 @@ def _by_others(model: Costs, runs: Sequence[Measured]) -> NDArray[np.float64]:
     """Return the factor by which all other runs correct the estimate of each."""
     return np.array(
         [
-            model.correction(run.stage, (*runs[:number], *runs[number + 1 :])).core_seconds
+            model.correction(run.stage, (*runs[:number], *runs[number + 1 :]))
+            .at(run.parameters)
+            .core_seconds
             for number, run in enumerate(runs)
         ]
     )
