@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from projects import ROOT, TINY
+from projects import ROOT, TINY, copy_project
 
 from softslip.config.scenario import load_scenario
 from softslip.operations.lock import run_lock
@@ -76,45 +76,37 @@ def test_a_module_cleans_up_and_runs_alone(module: Path) -> None:
     assert (module / "workflow.lock").exists()
 
 
-DEPLOYED = """\
-from snakemake.utils import min_version
-
-
-min_version("6.10.0")
-
-
-configfile: "config/config.yaml"
-
-
-module softslip:
-    snakefile:
-        {snakefile!r}
-    config:
-        config
-
-
-use rule * from softslip
-"""
-"""As `snakedeploy deploy-workflow` writes it, beside copies of config/ and profiles/."""
+def deployed(folder: Path) -> Path:
+    """Return where `snakedeploy deploy-workflow` put this workflow, from a repository of it."""
+    repository, place = folder / "repository", folder / "deployed"
+    copy_project(repository)
+    git = ["git", "-c", "user.name=test", "-c", "user.email=test@localhost"]
+    for words in (["init"], ["add", "."], ["commit", "--message=all"], ["tag", "v1"]):
+        subprocess.run([*git, *words], cwd=repository, capture_output=True, check=True)
+    deploy = [str(Path(sys.executable).with_name("snakedeploy")), "deploy-workflow"]
+    words = [str(repository), str(place), "--tag", "v1", "--name", "softslip"]
+    done = subprocess.run([*deploy, *words], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return place
 
 
 def test_a_deployed_workflow_runs_the_scenario_of_its_settings(tmp_path: Path) -> None:
-    for name in ("config", "profiles"):
-        shutil.copytree(ROOT / name, tmp_path / name)
-    settings = tmp_path / "config" / "config.yaml"
+    place = deployed(tmp_path)
+    settings = place / "config" / "config.yaml"
     settings.write_text(settings.read_text().replace("scenario: demo", "scenario: tiny"))
-    (tmp_path / "config" / "tiny.yaml").write_text(TINY)
-    (tmp_path / "workflow").mkdir()
-    text = DEPLOYED.format(snakefile=str(ROOT / "workflow" / "Snakefile"))
-    (tmp_path / "workflow" / "Snakefile").write_text(text)
-    (run,) = load_scenario(str(tmp_path / "config" / "tiny.yaml")).stage_table("packing")
+    (place / "config" / "tiny.yaml").write_text(TINY)
+    snakefile = place / "workflow" / "Snakefile"
+    text, name = snakefile.read_text(), '"workflow/Snakefile"'
+    assert text.count(name) == 1, "snakedeploy names it otherwise now: see config/README.md"
+    snakefile.write_text(text.replace(name, f'"{tmp_path}/repository/workflow/Snakefile"'))
+    (run,) = load_scenario(str(place / "config" / "tiny.yaml")).stage_table("packing")
     packing = f"results/tiny/packing/{run}.nc"
-    status, said = snakemake(tmp_path, packing)
+    status, said = snakemake(place, packing)
     assert status == 0, said
-    assert (tmp_path / packing).is_file()
-    status, said = snakemake(tmp_path, "--report", "report.html")
+    assert (place / packing).is_file()
+    status, said = snakemake(place, "--report", "report.html")
     assert status == 0, said
-    assert "What is missing" in (tmp_path / "report.html").read_text("utf-8")
+    assert "What is missing" in (place / "report.html").read_text("utf-8")
 
 
 def test_tables_figures_and_pages_of_a_module_are_below_its_prefix(
