@@ -130,6 +130,8 @@ lock: env ## bring requirements.lock to the newest versions
 	@CUSTOM_COMPILE_COMMAND="make lock" $(BIN)/pip-compile --quiet --upgrade --extra dev \
 		--allow-unsafe --no-strip-extras --no-emit-index-url --no-emit-trusted-host --no-emit-find-links \
 		--output-file requirements.lock pyproject.toml
+	@# pip-compile drops conditions that hold where it runs.
+	@sed --in-place 's/^snakedeploy==.*/& ; python_version < "3.13"/' requirements.lock
 
 architecture: env ## write the pictures and the list of modules of ARCHITECTURE.md
 	@$(BIN)/python docs/architecture.py
