@@ -54,8 +54,9 @@ def describe_research_object(name_or_path: str, results: Path) -> None:
 def publication_of(scenario: Scenario, runs: Path | None = None) -> Publication:
     """Return what is published of a scenario.
 
-    The document has generated parts called after the scenario: ``NAME_scope``,
-    ``NAME_comparison``, ``NAME_laws`` and ``NAME_effort``. The README has those that it names.
+    The document has generated parts called after the scenario: ``NAME_scope`` and ``NAME_effort``,
+    and where more than the seed is varied, so that there may be laws, ``NAME_comparison`` and
+    ``NAME_laws``. The README has those that it names.
 
     Parameters
     ----------
@@ -65,6 +66,7 @@ def publication_of(scenario: Scenario, runs: Path | None = None) -> Publication:
         Folder of results whose finished runs are published too, None where they are not.
     """
     name = scenario.name
+    has_laws = any(axis.label != "seed" for axis in scenario.axes)
 
     def blocks(results: Path) -> dict[str, str]:
         read = {
@@ -73,12 +75,14 @@ def publication_of(scenario: Scenario, runs: Path | None = None) -> Publication:
         }
         scope = scope_text(scenario, read["flow_curve"], read[EFFORT])
         packed = research_object_text(name, (results / RESEARCH_OBJECT).read_bytes())
-        return {
+        found = {
             f"{name}_scope": f"{scope}\n\n{packed}",
-            f"{name}_comparison": comparison_table(read[COMPARISON]),
-            f"{name}_laws": laws_table(read[FITS]),
             f"{name}_effort": effort_table(read[EFFORT]),
         }
+        if has_laws:
+            found[f"{name}_comparison"] = comparison_table(read[COMPARISON])
+            found[f"{name}_laws"] = laws_table(read[FITS])
+        return found
 
     finished = () if runs is None else _finished_runs(scenario, runs)
     tables = (*(f"{table}{DATASET}" for table in DATASETS), f"{EFFORT}{DATASET}", RESEARCH_OBJECT)
