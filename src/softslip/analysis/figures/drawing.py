@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
 from softslip.config.fields import all_fields, extra
 from softslip.config.parameters import Parameters
@@ -42,6 +42,9 @@ WIDE, NARROW = 7.0, 3.4
 
 MOST_DECADES = 200.0
 """Ratio of the ends of a logarithmic axis up to which more than its decades are labelled."""
+
+WITHIN_A_DECADE = 4.0
+"""Ratio of the ends below which 1, 2 and 5 of a decade leave one label or none."""
 
 SYMBOLS = {
     "stress": r"$\sigma$",
@@ -118,10 +121,11 @@ def named(label: str, value: Any) -> str:
 
 
 def label_decades(axis: Axis) -> None:
-    """Label a logarithmic axis at 1, 2 and 5 of each decade where it spans few of them."""
+    """Label a logarithmic axis at 1, 2 and 5 of each decade, or at a few values within one."""
     low, high = sorted(axis.get_view_interval())
     if high < MOST_DECADES * low:
-        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        few = high < WITHIN_A_DECADE * low
+        axis.set_major_locator(MaxNLocator(4) if few else LogLocator(subs=(1.0, 2.0, 5.0)))
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(NullFormatter())
 

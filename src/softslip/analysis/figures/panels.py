@@ -202,13 +202,13 @@ def is_comparable(cell: xr.Dataset, family: Family) -> bool:
     return any(not unlike(cell, {family.dim: value}) for value in family.values)
 
 
-def leave_empty(axes: Axes, reason: str) -> None:
-    """Say in the middle of a panel why nothing is drawn there."""
+def leave_empty(axes: Axes, reason: str, height: float = 0.5) -> None:
+    """Say in a panel, in the middle or at another share of its height, why nothing is drawn."""
     axes.set(xticks=[], yticks=[])
     axes.minorticks_off()
     axes.text(
         0.5,
-        0.5,
+        height,
         reason,
         transform=axes.transAxes,
         ha="center",

@@ -84,8 +84,9 @@ def explained_times(seen: set[str]) -> str:
     """Say what the symbols of times mean that `draw_times` has drawn; just bars if all alike."""
     if not seen:
         return ""
-    states = [words for state, words in DECIDED.items() if state in seen]
-    return "(d, e) " + "; ".join([ALL_STEADY, *(states if seen > {STEADY} else [])])
+    # The others are told beside the first.
+    states = [words for state, words in DECIDED.items() if state in (STEADY, *seen)]
+    return "(d, e) " + "; ".join([ALL_STEADY, *(states if seen != {STEADY} else [])])
 
 
 def draw_times(

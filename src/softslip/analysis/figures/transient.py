@@ -49,6 +49,9 @@ ROWS = 7
 ROOM = 3.0
 """Height of the last panel over its largest value, for the legend."""
 
+BELOW_LEGEND = 0.2
+"""Share of its height at which it says why it is empty."""
+
 KNOWN = ("stress", ROUGHNESS)
 """Dimensions that do not become rows of panels."""
 
@@ -207,7 +210,7 @@ def _draw_collapse(axes: Axes, cell: xr.Dataset) -> bool:
     stress = cell["stress"].values
     known = np.isfinite(ratio.values)
     if not known.any():
-        leave_empty(axes, "one roughness only" if cell.sizes[ROUGHNESS] < 2 else "not known")
+        leave_empty(axes, _why_unknown(cell, spread), BELOW_LEGEND)
         return False
     apart = known & (chance.values < SIGNIFICANCE)
     states = np.where(apart, DRIFTING, STEADY)[known]
@@ -223,6 +226,14 @@ def _draw_collapse(axes: Axes, cell: xr.Dataset) -> bool:
         points[name] = quantity(each, each.values[known])
     show(axes, "f", "collapse", points, place(ratio))
     return bool(apart.any())
+
+
+def _why_unknown(cell: xr.Dataset, spread: xr.DataArray) -> str:
+    if cell.sizes[ROUGHNESS] == 1:
+        return "one roughness only"
+    if np.isfinite(spread).any():
+        return "no two seeds of a roughness"
+    return "no two roughnesses at a stress"
 
 
 def _of_first_roughness(values: xr.DataArray) -> xr.DataArray:
