@@ -1,7 +1,8 @@
 """From the records of runs to numbers with uncertainties: Dataset → Dataset.
 
-Meets the solver only at the schema of the shear stage's files. "Eq.", "Fig." and "Sec." are those
-of the paper.
+Meets the solver only at the schema of the shear stage's files. Modules here import scipy as a
+whole, which loads its parts when they are used: drawing a snapshot needs few of them. "Eq.", "Fig."
+and "Sec." are those of the paper.
 """
 
 from softslip.analysis.observables.seeds import mean_over_seeds

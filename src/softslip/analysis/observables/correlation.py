@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 import xarray as xr
-from scipy import stats
 
 from softslip.analysis.observables.series import FloatArray
 
@@ -48,7 +48,7 @@ class MeanEstimate:
         """Probability of a number at least as far from zero if the true one is zero."""
         if self.error == 0:
             return 1.0 if self.value == 0 else 0.0
-        return float(2 * stats.t.sf(abs(self.value) / self.error, self.freedom))
+        return float(2 * scipy.stats.t.sf(abs(self.value) / self.error, self.freedom))
 
 
 def estimate_named(dataset: xr.Dataset, name: str) -> MeanEstimate:

@@ -3,7 +3,7 @@
 from itertools import pairwise
 
 import numpy as np
-from scipy import stats
+import scipy
 
 from softslip.analysis.observables.correlation import correlation_time, mean_of
 from softslip.analysis.observables.series import FloatArray
@@ -64,7 +64,7 @@ def falls_as_power(values: FloatArray, start: int) -> bool:
     weighted = np.linalg.solve(covariance, design)
     uncertainty = np.linalg.inv(design.T @ weighted)
     level, exponent = uncertainty @ (weighted.T @ np.log(means))
-    if exponent <= stats.norm.isf(SIGNIFICANCE) * np.sqrt(uncertainty[1, 1]):
+    if exponent <= scipy.stats.norm.isf(SIGNIFICANCE) * np.sqrt(uncertainty[1, 1]):
         return False
     later = (np.arange(end, count) + 0.5) / end
     expected = float(level + np.log(np.mean(later**-exponent)))

@@ -1,8 +1,8 @@
 """Averages over independent samples of the same suspension, which are judged together."""
 
 import numpy as np
+import scipy
 import xarray as xr
-from scipy import stats
 
 from softslip.analysis.observables.steady import FLAGS, NO_SERIES, VERDICT_NAMES
 from softslip.analysis.observables.tables import DONE, MISSING
@@ -118,7 +118,7 @@ def _seed_statistics(
     many = count >= LEAST_SEEDS
     with np.errstate(invalid="ignore"):
         # Two that lie apart by more than their errors say more than these errors do.
-        many = many | (spread > stats.norm.isf(SIGNIFICANCE / 2) * own)
+        many = many | (spread > scipy.stats.norm.isf(SIGNIFICANCE / 2) * own)
     if freedoms is None:
         own_freedom = xr.full_like(own, np.nan)
     else:
@@ -148,7 +148,7 @@ def verdict_over_seeds(
     count = judged.sum("seed")
     drifting = (verdict == DRIFTING).sum("seed")
     freedom = np.where(count >= LEAST_SEEDS, count - 1, np.inf)
-    limit = xr.zeros_like(drift) + stats.t.isf(SIGNIFICANCE / 2, np.maximum(freedom, 1))
+    limit = xr.zeros_like(drift) + scipy.stats.t.isf(SIGNIFICANCE / 2, np.maximum(freedom, 1))
     with np.errstate(invalid="ignore"):
         trend = (abs(drift) > limit * drift_error) & (abs(drift) > SMALL_DRIFT)
     drifts = (drifting > LIKELY_DRIFT * count) | ((count > 1) & trend)

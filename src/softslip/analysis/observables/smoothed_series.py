@@ -4,8 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 import xarray as xr
-from scipy import optimize
 
 from softslip.analysis.observables.correlation import MeanEstimate, correlation_time, mean_of
 from softslip.analysis.observables.series import (
@@ -75,7 +75,7 @@ def _memory(time: float) -> float:
     def longer(memory: float) -> float:
         return 2.0 * memory / float(_averaged(1.0 / memory)) - time
 
-    return least if longer(least) >= 0 else float(optimize.brentq(longer, least, time))
+    return least if longer(least) >= 0 else float(scipy.optimize.brentq(longer, least, time))
 
 
 def _correlations(edges: FloatArray, memory: float) -> FloatArray:

@@ -3,8 +3,8 @@
 from collections.abc import Callable
 
 import numpy as np
+import scipy
 import xarray as xr
-from scipy import stats
 
 from softslip.analysis.observables.correlation import MeanEstimate, estimate_named
 from softslip.analysis.observables.series import FloatArray
@@ -48,7 +48,7 @@ def _sensitivity(time: float, found: Callable[[float], float]) -> float:
 def _spread(times: FloatArray) -> float:
     """Return the standard deviation of a normal distribution with the range of most draws."""
     ends = np.nanquantile(times, [0.5 * (1 - CENTRAL), 0.5 * (1 + CENTRAL)])
-    return float(ends[1] - ends[0]) / float(2 * stats.norm.ppf(0.5 * (1 + CENTRAL)))
+    return float(ends[1] - ends[0]) / float(2 * scipy.stats.norm.ppf(0.5 * (1 + CENTRAL)))
 
 
 def yielding_time(run: xr.Dataset) -> xr.Dataset:
