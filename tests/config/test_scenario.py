@@ -29,7 +29,7 @@ MATERIAL = (
 )
 """What a particle is made of, whatever the numerics."""
 
-NAMED = ("demo", "ci", "paper", "literal", "yielding")
+NAMED = ("demo", "ci", "paper", "literal", "yielding", "paper_yielding")
 
 TEXT = """\
 description: Two walls and two stresses.
