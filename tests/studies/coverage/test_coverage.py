@@ -33,6 +33,7 @@ PUBLISHED = Path(__file__).parents[3] / "results" / "published" / "numerics" / "
 APART = {
     # Dips of the noise in the creep before are taken for the minimum.
     ("noisy flow", "yielding_time"),
+    ("scatter", "yielding_time"),
     # Those that are found have the error of a minimum that is cut off by the end of the run.
     ("late yielding", "yielding_time"),
     # Noise as large as slip passes half of it at any time.
