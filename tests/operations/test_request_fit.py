@@ -8,7 +8,7 @@ from plans_synthetic import leave
 from runs_synthetic import Work
 
 from softslip.config.scenario import Scenario
-from softslip.operations.correction import FinishedRun, condition_of, correction
+from softslip.operations.correction import FinishedRun, condition_of, correction_by
 from softslip.operations.costs import shipped
 from softslip.operations.job_requests import MARGIN
 from softslip.operations.request_fit import OTHERS, SHIPPED, request_fits
@@ -38,7 +38,7 @@ def test_requests_are_compared_with_what_runs_took(scenario: Scenario, work: Wor
         for row, over in zip(rows, TOOK, strict=True)
     ]
     others = [
-        correction([*done[:own], *done[own + 1 :]], 1.0).at(row.parameters).core_seconds
+        correction_by([*done[:own], *done[own + 1 :]], 1.0).at(row.parameters).core_seconds
         for own, row in enumerate(rows)
     ]
     np.testing.assert_allclose(fits[OTHERS].ratios, ratios * others, rtol=1e-12)

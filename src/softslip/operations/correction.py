@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from softslip.config.parameters import Parameters
 
@@ -89,7 +88,7 @@ def condition_of(parameters: Parameters) -> Condition:
     return rheometer.mode, math.log(max(drive or 0.0, least)), parameters.wall.roughness
 
 
-def correction(finished: Sequence[FinishedRun], factor: float) -> Correction:
+def correction_by(finished: Sequence[FinishedRun], factor: float) -> Correction:
     """Return how finished runs correct the model.
 
     Parameters
@@ -115,15 +114,11 @@ def correction(finished: Sequence[FinishedRun], factor: float) -> Correction:
 
 def _near(condition: Condition, finished: Sequence[FinishedRun]) -> float:
     """Return the mean logarithm of measured over estimated time, of nearby runs most."""
+    mode, *place = condition
     times = np.array([run.time for run in finished])
-    weights = np.array([_weight(condition, run.condition) for run in finished])
+    alike = np.array([run.condition[0] == mode for run in finished])
+    places = np.array([run.condition[1:] for run in finished])
+    apart = (places - place) / (STRESS_REACH, ROUGHNESS_REACH)
+    weights = alike * np.exp(-0.5 * (apart**2).sum(axis=1))
     total = float(weights @ times) + MEAN_WEIGHT * float(times.mean())
     return total / (float(weights.sum()) + MEAN_WEIGHT)
-
-
-def _weight(one: Condition, other: Condition) -> float:
-    """Return how much a run at one condition tells of another, 1 at the same."""
-    if one[0] != other[0]:
-        return 0.0
-    apart: NDArray[np.float64] = np.subtract(one[1:], other[1:])
-    return math.exp(-0.5 * float(((apart / (STRESS_REACH, ROUGHNESS_REACH)) ** 2).sum()))

@@ -27,7 +27,7 @@ from softslip.operations.correction import (
     Correction,
     FinishedRun,
     condition_of,
-    correction,
+    correction_by,
 )
 from softslip.operations.workload import evaluations, load, stored
 
@@ -151,7 +151,7 @@ class Costs:
             estimate = self.estimate(stage, run.parameters)
             ratios = run.core_seconds / estimate.core_seconds, run.size / estimate.size
             compared.append(FinishedRun(condition_of(run.parameters), *map(math.log, ratios)))
-        return correction(compared, self.factors[stage])
+        return correction_by(compared, self.factors[stage])
 
     def _scatter(self, table: Sequence[Measured], stage: str) -> float:
         errors = [
