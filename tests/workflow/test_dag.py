@@ -39,9 +39,9 @@ def jobs(folder: Path, *words: str) -> dict[str, int]:
 def test_stresses_share_packing_expansion_and_ageing(copy: Path) -> None:
     found = jobs(copy)
     stages = {stage: found[stage] for stage in ("packing", "expansion", "ageing", "shear")}
-    assert stages == {"packing": 4, "expansion": 4, "ageing": 4, "shear": 36}
+    assert stages == {"packing": 4, "expansion": 4, "ageing": 4, "shear": 24}
     assert found["figure"] == 9
-    assert found["snapshot"] == 36
+    assert found["snapshot"] == 24
     assert found["explorer"] == 1
     assert found["movie"] == 1
 

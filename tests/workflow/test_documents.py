@@ -48,7 +48,9 @@ WORDS = {
 }
 """What stands for a word of the reader's own."""
 
-WITHOUT_RUNS = re.compile(r"^(softslip (?!plan|validate).*)\b(desk|paper|results/python)\b")
+WITHOUT_RUNS = re.compile(
+    r"^(softslip (?!plan|validate).*)\b(desk|paper_yielding|paper|results/python)\b"
+)
 """Commands on results that are not made here: the demo takes their place."""
 
 TOO_SMALL = {"softslip export demo --rheometer": "not steady"}
