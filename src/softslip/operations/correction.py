@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from softslip.config.parameters import Parameters
 
@@ -102,14 +103,27 @@ def correction_by(finished: Sequence[FinishedRun], factor: float) -> Correction:
     if not finished:
         return Correction(1.0, 1.0, factor)
     if len(finished) >= FEWEST_RUNS:
-        misses = [
-            run.time - _near(run.condition, [*finished[:number], *finished[number + 1 :]])
-            for number, run in enumerate(finished)
-        ]
+        misses = [run.time for run in finished] - by_others(finished)
         factor = math.exp(SURE * math.sqrt(float(np.mean(np.square(misses)))))
     means = np.mean([(run.time, run.size) for run in finished], axis=0)
     time, size = map(math.exp, means.tolist())
     return Correction(time, size, factor, tuple(finished))
+
+
+def by_others(finished: Sequence[FinishedRun]) -> NDArray[np.float64]:
+    """Return the logarithm of measured over estimated time of each run, as the others tell it.
+
+    Parameters
+    ----------
+    finished
+        Two runs of one stage or more.
+    """
+    return np.array(
+        [
+            _near(run.condition, [*finished[:number], *finished[number + 1 :]])
+            for number, run in enumerate(finished)
+        ]
+    )
 
 
 def _near(condition: Condition, finished: Sequence[FinishedRun]) -> float:

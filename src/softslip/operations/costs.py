@@ -74,10 +74,6 @@ class Estimate:
     core_seconds: float
     size: float
 
-    def corrected(self, correction: Correction) -> "Estimate":
-        """Return the estimate in the light of finished runs."""
-        return Estimate(self.core_seconds * correction.core_seconds, self.size * correction.size)
-
 
 Line = tuple[float, float]
 """Start and slope."""
@@ -142,16 +138,21 @@ class Costs:
 
     def corrected(self, stage: str, parameters: Parameters, correction: Correction) -> Estimate:
         """Return what a stage of a run takes by the table and by finished runs of that stage."""
-        return self.estimate(stage, parameters).corrected(correction.at(parameters))
+        estimate, found = self.estimate(stage, parameters), correction.at(parameters)
+        return Estimate(estimate.core_seconds * found.core_seconds, estimate.size * found.size)
 
     def correction(self, stage: str, finished: Iterable[Measured]) -> Correction:
         """Return how finished runs of a stage, if any, compare with the estimates."""
-        compared = []
+        return correction_by(self.compared(finished), self.factors[stage])
+
+    def compared(self, finished: Iterable[Measured]) -> list[FinishedRun]:
+        """Return how finished runs compare with the estimates of the table alone."""
+        found = []
         for run in finished:
-            estimate = self.estimate(stage, run.parameters)
+            estimate = self.estimate(run.stage, run.parameters)
             ratios = run.core_seconds / estimate.core_seconds, run.size / estimate.size
-            compared.append(FinishedRun(condition_of(run.parameters), *map(math.log, ratios)))
-        return correction_by(compared, self.factors[stage])
+            found.append(FinishedRun(condition_of(run.parameters), *map(math.log, ratios)))
+        return found
 
     def _scatter(self, table: Sequence[Measured], stage: str) -> float:
         errors = [

@@ -1,6 +1,5 @@
 """How well the time that batch jobs request fits what the finished runs of a scenario took."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,7 +8,8 @@ from numpy.typing import NDArray
 
 from softslip.config.scenario import Scenario
 from softslip.config.stages import FLOWING
-from softslip.operations.costs import Costs, Measured, shipped
+from softslip.operations.correction import by_others
+from softslip.operations.costs import Costs, shipped
 from softslip.operations.job_requests import MARGIN, SLACK
 from softslip.operations.planning import finished_runs
 
@@ -70,27 +70,10 @@ def request_fits(scenario: Scenario, results: Path, costs: Costs | None = None) 
     model, finished = costs or shipped(), finished_runs(scenario, results)
     fits = []
     for stage in FLOWING:
-        runs = finished[stage]
+        runs = model.compared(finished[stage])
+        requested = MARGIN * np.exp([-run.time for run in runs])
         if runs:
-            fits.append(RequestFit(stage, SHIPPED, _ratios(model, runs)))
+            fits.append(RequestFit(stage, SHIPPED, requested))
         if len(runs) >= FEWEST:
-            fits.append(RequestFit(stage, OTHERS, _ratios(model, runs) * _by_others(model, runs)))
+            fits.append(RequestFit(stage, OTHERS, requested * np.exp(by_others(runs))))
     return fits
-
-
-def _ratios(model: Costs, runs: Sequence[Measured]) -> NDArray[np.float64]:
-    """Return the time requested over the time used."""
-    estimates = [model.estimate(run.stage, run.parameters).core_seconds for run in runs]
-    return MARGIN * np.array(estimates) / [run.core_seconds for run in runs]
-
-
-def _by_others(model: Costs, runs: Sequence[Measured]) -> NDArray[np.float64]:
-    """Return the factor by which all other runs correct the estimate of each."""
-    return np.array(
-        [
-            model.correction(run.stage, (*runs[:number], *runs[number + 1 :]))
-            .at(run.parameters)
-            .core_seconds
-            for number, run in enumerate(runs)
-        ]
-    )

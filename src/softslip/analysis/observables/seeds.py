@@ -4,7 +4,7 @@ import numpy as np
 import scipy
 import xarray as xr
 
-from softslip.analysis.observables.steady import FLAGS, NO_SERIES, VERDICT_NAMES
+from softslip.analysis.observables.steady import FLAGS, MEAN_ENDINGS, NO_SERIES, VERDICT_NAMES
 from softslip.analysis.observables.tables import DONE, MISSING
 from softslip.analysis.observables.verdicts import (
     DRIFTING,
@@ -26,7 +26,7 @@ LIKELY_DRIFT = 0.5
 SENSITIVITY = "_smoothing"
 """End of the name of what says how much a number depends on its smoothing at most."""
 
-ENDINGS = ("_error", "_freedom", "_drift", "_drift_error", SENSITIVITY)
+ENDINGS = (*MEAN_ENDINGS, SENSITIVITY)
 """Ends of the names of what belongs to a mean and is not averaged by itself."""
 
 
