@@ -436,6 +436,19 @@ def test_what_must_be_known_and_finite_is(datasets, stage, data, value):
             assert_refused(damaged, stage, name)
 
 
+@pytest.mark.parametrize("name", ["normalised_velocity", "normalised_velocity_error"])
+@FEW
+@given(data=st.data(), value=st.sampled_from([np.nan, np.inf, -np.inf]))
+def test_profiles_may_be_unknown_but_are_finite(datasets, name, data, value):
+    dataset = datasets["profiles"]
+    place = place_in(data, dataset.variables[name].shape)
+    damaged = with_value(dataset, name, place, value)
+    if np.isnan(value):
+        check_dataset(damaged, "profiles")
+    else:
+        assert_refused(damaged, "profiles", name)
+
+
 @pytest.mark.parametrize("stage", KNOWN)
 @FEW
 @given(data=st.data())
